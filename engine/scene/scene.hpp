@@ -1,0 +1,123 @@
+#pragma once
+// A scene: what to simulate, as plain data. Read from JSON; every error names the file and the JSON pointer.
+//
+//     Scene scene = load_scene("assets/scenes/bunny.json", {{"/front/tolerance", "0.01"}});
+//
+// SI units; the scene's axes are its mesh's. Defaults below are the format's defaults. The JSON form of every field is
+// assets/schema/scene.schema.json. Relative paths are relative to the scene file.
+
+#include <array>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "engine/base/types.hpp"
+
+namespace tetfront {
+
+struct BoxMeshSpec {
+    Vec3 low = {0, 0, 0}, high = {1, 1, 1};  // [m]
+    std::array<int, 3> cells = {1, 1, 1};    // each in 1..256
+};
+struct SurfaceMeshSpec {
+    std::filesystem::path file;     // absolute after loading
+    double scale = 1;               // file units -> metres
+    int target_tets = 1000;         // roots to aim for, 10..200000
+};
+using MeshSpec = std::variant<BoxMeshSpec, SurfaceMeshSpec>;
+
+/// One scalar as a function of rest position: constant, or a gradient along an axis between two coordinates.
+struct ScalarField {
+    enum class Kind { constant, linear, exponential } kind = Kind::constant;
+    double value = 0;               // constant
+    int axis = 0;                   // gradient: 0 x, 1 y, 2 z
+    std::array<double, 2> at{};     // [m] coordinates of both ends; empty in JSON: the mesh's extent
+    bool at_extent = true;          // `at` was not given
+    std::array<double, 2> values{}; // at both ends
+};
+
+struct MaterialSpec {
+    double density = 1000;                                    // [kg/m^3] > 0
+    double poisson = 0.3;                                     // [0, 0.5)
+    ScalarField young{ScalarField::Kind::constant, 1e5};      // [Pa] > 0
+};
+
+struct Box {
+    Vec3 low, high;  // [m]
+};
+/// Points p with (p - point) . normal <= 0.
+struct HalfSpace {
+    Vec3 point, normal;
+};
+using Region = std::variant<Box, HalfSpace>;
+
+/// A constant force spread evenly over the surface vertices in a region.
+struct ForceSpec {
+    Region region;
+    Vec3 force;                // [N] total
+    double start = 0;          // [s]
+    double end = std::numeric_limits<double>::infinity();
+};
+
+enum class Estimation { average, mean_strain };
+enum class Scheme { backward_euler, midpoint };
+
+struct FrontSpec {
+    int order = 1;             // 1: linear tets, 2: quadratic tets on the tree's own vertices
+    double tolerance = 0.02;   // target of the relative displacement error estimate, > 0
+    int min_level = 0;         // never coarser
+    int max_level = 99;        // never finer; clamped to the tree (order 2: one level above the leaves)
+};
+
+struct SolverSpec {
+    Scheme scheme = Scheme::backward_euler;
+    int newton_iterations = 1;  // linearised steps at most per time step, 1..50
+    double newton_tolerance = 1e-4;  // of the residual, relative to the largest force scale
+    double cg_tolerance = 1e-4;      // relative residual
+    int cg_iterations = 2000;        // at most; the StepReport says when it was not enough
+};
+
+struct ViewSpec {
+    Vec3 eye = {2, -4, 2}, target = {0, 0, 0};   // [m]; default: fitted to the object when not given
+    bool fitted = true;                          // eye and target were not given
+    double field_of_view = 35;                   // [degrees] vertical, 5..120
+    std::string colouring = "level";             // "level" | "stiffness"
+    bool wireframe = false;
+};
+
+struct Scene {
+    std::string name;                  // default: file name without extension
+    std::string title;                 // one line for people
+    std::filesystem::path file;        // where it came from
+    int up = 2;                        // axis: 0 x, 1 y, 2 z
+    MeshSpec mesh;
+    int levels = 2;                    // subdivisions below the roots, 0..6
+    MaterialSpec material;
+    Estimation estimation = Estimation::mean_strain;
+    std::vector<Region> pins;          // tree vertices inside do not move
+    Vec3 gravity = {0, 0, -9.81};      // [m/s^2]
+    std::vector<ForceSpec> forces;
+    double mass_damping = 0;           // [1/s] Rayleigh, >= 0
+    double stiffness_damping = 0;      // [s] Rayleigh, >= 0
+    double time_step = 1.0 / 60;       // [s] 1e-6..1
+    FrontSpec front;
+    SolverSpec solver;
+    ViewSpec view;
+};
+
+/// JSON pointer and JSON text of a value that replaces the file's: {"/front/tolerance", "0.01"}.
+using Override = std::pair<std::string, std::string>;
+
+/// Reads a scene file. Throws InputError{file, JSON pointer, problem, what is allowed} for a file that cannot be read,
+/// malformed JSON (line and column), unknown keys, wrong types, values out of range; and for an override that does so.
+Scene load_scene(const std::filesystem::path& file, const std::vector<Override>& overrides = {});
+/// The same from text; relative paths are relative to `directory`, errors name `source`.
+Scene parse_scene(std::string_view text, const std::string& source, const std::filesystem::path& directory,
+                  const std::vector<Override>& overrides = {});
+
+}  // namespace tetfront

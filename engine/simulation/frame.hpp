@@ -1,0 +1,63 @@
+#pragma once
+// What a viewer or a renderer needs of one moment, immutable once made: shared between threads as
+// std::shared_ptr<const Frame>.
+//
+// The topology (surface triangles, what the front is) is apart from the positions: it changes only when the front does,
+// and is shared by all frames of the same epoch.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/base/types.hpp"
+
+namespace tetfront {
+
+/// Constant while the simulated object is the same (until another scene is loaded).
+struct FrameModel {
+    std::vector<std::array<std::uint32_t, 3>> triangles;   // [F] of the surface
+    std::vector<float> young;                              // [S] Young's modulus at each surface vertex [Pa]
+    std::array<float, 2> young_range{};                    // [Pa] smallest and largest
+    int depth = 0;                                         // levels are 0..depth
+    int up = 2;                                            // axis
+    std::array<float, 6> rest_box{};                       // [m] low x y z, high x y z of the rest surface
+};
+
+/// Constant within one epoch.
+struct FrameTopology {
+    std::uint32_t epoch = 0;                               // grows by one with each change of the front
+    std::vector<std::array<std::uint32_t, 2>> edges;       // [E] unique edges of the front, into Frame::front_positions
+    std::vector<std::uint8_t> edge_level;                  // [E] level of the finest tet at the edge
+    std::vector<std::uint8_t> surface_level;               // [S] level of the active tet that carries the vertex
+    std::vector<std::uint32_t> tets_by_level;              // [depth+1] active tets
+};
+
+struct FramePull {                                         // a pull in progress
+    std::array<float, 3> from, to;                         // [m] grabbed point now, cursor
+    float force = 0;                                       // [N]
+};
+
+struct FrameStatus {
+    double time = 0;                                       // [s] simulated
+    std::uint64_t step = 0;
+    double estimate = 0;                                   // relative displacement error, estimated
+    double tolerance = 0;
+    double step_milliseconds = 0;                          // last step, all phases
+    double steps_per_second = 0;                           // measured by the session; 0: unknown
+    std::uint32_t free_vertices = 0;
+    std::uint32_t solver_iterations = 0;
+    bool converged = true;
+    std::string warning;                                   // one line; empty: all is well
+};
+
+struct Frame {
+    std::shared_ptr<const FrameModel> model;
+    std::shared_ptr<const FrameTopology> topology;
+    std::vector<std::array<float, 3>> surface;             // [S] positions [m]
+    std::vector<std::array<float, 3>> front_positions;     // [N] positions of the front's vertices [m]
+    std::vector<FramePull> pulls;
+    FrameStatus status;
+};
+
+}  // namespace tetfront

@@ -1,0 +1,107 @@
+#pragma once
+// The simulation: owns the front and the state, and steps them. One thread owns it; others see Frames.
+//
+//     auto model = build_model(load_scene("assets/scenes/bunny.json"), progress);
+//     Simulation simulation(model);
+//     for (int i = 0; i < 600; ++i) {
+//         StepReport report = simulation.step();
+//         if (!report.converged) ...
+//     }
+//     std::shared_ptr<const Frame> frame = simulation.frame();
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/base/types.hpp"
+#include "engine/mechanics/elasticity.hpp"
+#include "engine/scene/scene.hpp"
+#include "engine/simulation/frame.hpp"
+#include "engine/tree/surface.hpp"
+#include "engine/tree/tet_tree.hpp"
+
+namespace tetfront {
+
+/// Progress of something long: what is being done (a noun phrase) and the fraction done, 0..1. May be empty.
+/// Called on the calling thread.
+using Progress = std::function<void(const std::string& what, double fraction)>;
+
+/// Everything that never changes while simulating; may be shared by any number of simulations.
+struct Model {
+    Scene scene;
+    TetTree tree;
+    ElasticityMatrices matrices;
+    PerTet<double> density;              // [T] mass-weighted means [kg/m^3]
+    Surface surface;
+    std::shared_ptr<const FrameModel> frame_model;
+};
+
+/// Throws InputError when the scene's mesh cannot be read or meshed.
+std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress = {});
+
+/// What one step did. Numerical trouble is data here; a step never throws for it and never leaves a NaN.
+struct StepReport {
+    std::uint64_t step = 0;
+    double time = 0;                             // [s] after the step
+    bool converged = true;                       // solver reached its tolerance
+    int newton_iterations = 0;
+    int solver_iterations = 0;                   // CG, summed
+    double residual = 0;                         // relative, of the last linear solve
+    int inverted_tets = 0;                       // active tets of negative volume after the step
+    bool rejected = false;                       // the step failed and the state is the one before it
+    double estimate = 0;                         // relative displacement error, estimated
+    std::vector<std::uint32_t> tets_by_level;    // [depth+1] active tets
+    std::uint32_t free_vertices = 0, hanging_vertices = 0;
+    int splits = 0, merges = 0;
+    /// [ms] wall clock: adapt (indicator, split, merge), setup (pattern after a change), assemble, solve, other.
+    struct Milliseconds {
+        double adapt = 0, setup = 0, assemble = 0, solve = 0, other = 0;
+        [[nodiscard]] double total() const { return adapt + setup + assemble + solve + other; }
+    } milliseconds;
+    std::string warning;                         // one line for people; empty: all is well
+};
+
+/// A point of the surface: triangle of FrameModel::triangles and barycentric coordinates in it (>= 0, sum 1).
+struct SurfacePoint {
+    std::uint32_t triangle = 0;
+    Vec3 barycentric = Vec3::Constant(1.0 / 3);
+};
+
+class Simulation {
+ public:
+    /// The front starts at the coarsest allowed level, the state at rest.
+    explicit Simulation(std::shared_ptr<const Model> model);
+    ~Simulation();
+    Simulation(Simulation&&) noexcept;
+    Simulation& operator=(Simulation&&) noexcept;
+
+    StepReport step();
+    /// Back to rest, time 0, the coarsest allowed front; pulls end; settings stay.
+    void reset();
+
+    /// The present moment. Cost: the surface and the front.
+    [[nodiscard]] std::shared_ptr<const Frame> frame();
+    [[nodiscard]] const Model& model() const;
+
+    // Commands; each acts from the next step on. Pulls are springs between a surface point and a target, named by the
+    // caller's number. Throw InputError for a triangle out of range or a non-finite number, and then change nothing.
+    void begin_pull(std::uint64_t pull, const SurfacePoint& point, const Vec3& target);
+    void move_pull(std::uint64_t pull, const Vec3& target);  // unknown pull: nothing
+    void end_pull(std::uint64_t pull);                       // unknown pull: nothing
+    void set_gravity(const Vec3& gravity);                   // [m/s^2]
+    void set_tolerance(double tolerance);                    // (0, 1]
+
+    /// Positions of all vertices of the tree, interpolated where nothing is simulated. Cost: the tree.
+    [[nodiscard]] PerVertex<Vec3> all_positions() const;
+    /// FNV-1a of the mutable state's bytes: equal states have equal hashes.
+    [[nodiscard]] std::uint64_t hash() const;
+
+ private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tetfront
