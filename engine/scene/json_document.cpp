@@ -109,9 +109,7 @@ json parse_strictly(std::string_view text, const std::string& source) {
         });
     } catch (const json::out_of_range&) {
         position.count_element();  // the number itself, which the parser did not report
-        const std::string where = position.pointer();
-        throw InputError(source, where.empty() ? "/" : where, "holds a number that is too large",
-                         "use a number below 1.8e308");
+        throw InputError(source, position.pointer(), "holds a number that is too large", "use a number below 1.8e308");
     }
 }
 
