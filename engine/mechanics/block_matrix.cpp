@@ -14,52 +14,35 @@ constexpr std::size_t row_grain = 256;
 using Float4 = float __attribute__((vector_size(16), aligned(4), may_alias));
 using Double4 = double __attribute__((vector_size(32)));
 
-/// Every existing vertex as a combination of dofs: the rows of P without pinned columns.
-struct Expansions {
-    struct Term {
-        std::int32_t dof;
-        double weight;
-    };
-    std::vector<Term> terms;
-    struct Range {
-        std::uint32_t begin, end;
-    };
-    PerVertex<Range> range;  // [V of the tree]
-};
+}  // namespace
 
-Expansions expand(const Front& front, const PerVertex<std::int32_t>& dof_of) {
-    Expansions x;
-    x.range.resize(front.tree().vertex_count());
-    std::vector<Expansions::Term> sum;
+void BlockMatrix::expand(const Front& front) {
+    terms_.clear();
+    expansion_.resize(front.tree().vertex_count());
+    std::vector<Term> sum;
     for (VertexId v : front.vertices()) {
-        const auto begin = static_cast<std::uint32_t>(x.terms.size());
+        const auto begin = static_cast<std::uint32_t>(terms_.size());
         if (front.state(v) == VertexState::free) {
-            if (dof_of[v] >= 0) x.terms.push_back({dof_of[v], 1.0});
+            if (dof_of_[v] >= 0) terms_.push_back({dof_of_[v], 1.0});
         } else {
             sum.clear();
             const TetTree::Row row = front.tree().row(front.order(), v);
             for (std::size_t k = 0; k < row.vertices.size(); ++k) {
-                const Expansions::Range r = x.range[row.vertices[k]];  // older, hence done
-                for (std::uint32_t n = r.begin; n < r.end; ++n)
-                    sum.push_back({x.terms[n].dof, row.weights[k] * x.terms[n].weight});
+                const Range r = expansion_[row.vertices[k]];  // older, hence done
+                for (std::uint32_t n = r.begin; n < r.end; ++n) sum.push_back({terms_[n].dof, row.weights[k] * terms_[n].weight});
             }
-            std::sort(sum.begin(), sum.end(), [](const auto& a, const auto& b) { return a.dof < b.dof; });
-            for (const auto& term : sum) {
-                if (x.terms.size() > begin && x.terms.back().dof == term.dof) {
-                    x.terms.back().weight += term.weight;
+            std::stable_sort(sum.begin(), sum.end(), [](const Term& a, const Term& b) { return a.dof < b.dof; });
+            for (const Term& term : sum) {
+                if (terms_.size() > begin && terms_.back().dof == term.dof) {
+                    terms_.back().weight += term.weight;
                 } else {
-                    x.terms.push_back(term);
+                    terms_.push_back(term);
                 }
             }
-            x.terms.erase(std::remove_if(x.terms.begin() + begin, x.terms.end(), [](const auto& t) { return t.weight == 0; }),
-                          x.terms.end());
         }
-        x.range[v] = {begin, static_cast<std::uint32_t>(x.terms.size())};
+        expansion_[v] = {begin, static_cast<std::uint32_t>(terms_.size())};
     }
-    return x;
 }
-
-}  // namespace
 
 void BlockMatrix::build(const Front& front, const ElementSet& elements, const PerVertex<std::uint8_t>& pinned) {
     const TetTree& tree = front.tree();
@@ -70,7 +53,7 @@ void BlockMatrix::build(const Front& front, const ElementSet& elements, const Pe
         dof_of_[v] = unknown ? static_cast<std::int32_t>(dof_vertex_.size()) : -1;
         if (unknown) dof_vertex_.push_back(v);
     }
-    const Expansions expansions = expand(front, dof_of_);
+    expand(front);
 
     // Every contribution of an element block to a matrix block, first bucketed by row, then sorted within its row.
     struct Entry {
@@ -83,14 +66,14 @@ void BlockMatrix::build(const Front& front, const ElementSet& elements, const Pe
         for (std::size_t e = 0; e < elements.size(); ++e) {
             const auto node = front.nodes(elements.tets()[e]);
             for (int i = 0; i < nodes; ++i) {
-                const Expansions::Range ri = expansions.range[node[static_cast<std::size_t>(i)]];
+                const Range ri = expansion_[node[static_cast<std::size_t>(i)]];
                 for (int j = 0; j < nodes; ++j) {
-                    const Expansions::Range rj = expansions.range[node[static_cast<std::size_t>(j)]];
+                    const Range rj = expansion_[node[static_cast<std::size_t>(j)]];
                     if (ri.begin == ri.end || rj.begin == rj.end) continue;
                     const std::size_t offset = elements.block_offset(e, std::min(i, j), std::max(i, j));
                     for (std::uint32_t a = ri.begin; a < ri.end; ++a) {
                         for (std::uint32_t b = rj.begin; b < rj.end; ++b) {
-                            const auto &ta = expansions.terms[a], &tb = expansions.terms[b];
+                            const auto &ta = terms_[a], &tb = terms_[b];
                             visit(static_cast<std::size_t>(ta.dof),
                                   Entry{tb.dof, {static_cast<std::uint32_t>(offset), static_cast<float>(ta.weight * tb.weight), i > j}});
                         }
@@ -162,6 +145,24 @@ void BlockMatrix::fill(const ElementSet& elements) {
                 for (std::size_t r = 0; r < 3; ++r) v[4 * c + r] = static_cast<float>(sum[3 * c + r]);
         }
     });
+}
+
+void BlockMatrix::add_point(std::span<const VertexId> nodes, std::span<const double> weights, double scale) {
+    std::vector<Term> w;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        const Range r = expansion_[nodes[i]];
+        for (std::uint32_t n = r.begin; n < r.end; ++n) w.push_back({terms_[n].dof, weights[i] * terms_[n].weight});
+    }
+    for (const Term& a : w) {
+        for (const Term& b : w) {
+            const auto row = static_cast<std::size_t>(a.dof);
+            const auto from = column_.begin() + row_begin_[row], to = column_.begin() + row_begin_[row + 1];
+            const auto it = std::lower_bound(from, to, b.dof);
+            ENSURE(it != to && *it == b.dof, "the point is not inside one active tet");
+            float* v = &value_[static_cast<std::size_t>(it - column_.begin()) * 12];
+            for (std::size_t c = 0; c < 3; ++c) v[5 * c] += static_cast<float>(scale * a.weight * b.weight);
+        }
+    }
 }
 
 void BlockMatrix::multiply(const DofVector& p, DofVector& q) const {

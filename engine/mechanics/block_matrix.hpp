@@ -30,6 +30,8 @@ class BlockMatrix {
     /// pinned: [V of the tree], nonzero where a vertex does not move.
     void build(const Front& front, const ElementSet& elements, const PerVertex<std::uint8_t>& pinned);
     void fill(const ElementSet& elements);
+    /// Adds scale * w w^T (times the 3x3 identity), w = P^T weights: a spring at a point of one active tet.
+    void add_point(std::span<const VertexId> nodes, std::span<const double> weights, double scale);
 
     [[nodiscard]] std::size_t size() const { return dof_vertex_.size(); }
     [[nodiscard]] std::size_t block_count() const { return column_.size(); }
@@ -47,8 +49,20 @@ class BlockMatrix {
         float weight;
         std::uint32_t transposed; // 0 or 1
     };
+    /// Every vertex of the front as a combination of dofs: the rows of P without pinned columns.
+    struct Term {
+        std::int32_t dof;
+        double weight;
+    };
+    struct Range {
+        std::uint32_t begin, end;
+    };
+    void expand(const Front& front);
+
     std::vector<VertexId> dof_vertex_;            // [dofs]
     PerVertex<std::int32_t> dof_of_;              // [V of the tree] valid for existing vertices; -1 hanging or pinned
+    std::vector<Term> terms_;
+    PerVertex<Range> expansion_;                  // [V of the tree] into terms_, valid for existing vertices
     std::vector<std::uint32_t> row_begin_;        // [dofs+1]
     std::vector<std::int32_t> column_;            // [blocks]
     std::vector<std::uint32_t> diagonal_;         // [dofs] index of the diagonal block
