@@ -1,0 +1,60 @@
+#include "server/cli/comparison.hpp"
+
+#include "engine/base/error.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace tetfront {
+
+namespace {
+
+Scene on_finest_front(Scene scene, int order) {
+    const int level = order == 2 ? scene.levels - 1 : scene.levels;
+    if (level < 0)
+        throw InputError(scene.file.string(), "/levels", "is 0, and quadratic tets need one level below them",
+                         "use levels >= 1, or --compare finest-linear");
+    scene.front.order = order;
+    scene.front.min_level = scene.front.max_level = level;
+    return scene;
+}
+
+double longest_edge_of(const FrameModel& model) {
+    double longest = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        longest = std::max(longest,
+                           static_cast<double>(model.rest_box[axis + 3]) - static_cast<double>(model.rest_box[axis]));
+    return longest;
+}
+
+}  // namespace
+
+Comparison::Comparison(std::string name, Scene scene, int order, const Progress& progress)
+    : name_(std::move(name)),
+      simulation_(build_model(on_finest_front(std::move(scene), order), progress)),
+      longest_edge_(longest_edge_of(*simulation_.model().frame_model)) {}
+
+Comparison::Step Comparison::step(const Simulation& other) {
+    const StepReport report = simulation_.step();
+    const PerVertex<Vec3> mine = simulation_.all_positions(), theirs = other.all_positions();
+    ENSURE(mine.size() == theirs.size(), "the trees differ: ", mine.size(), ' ', theirs.size());
+    Step result{.milliseconds = report.milliseconds.total(), .converged = report.converged};
+    double sum = 0, largest = 0;
+    for (const VertexId v : ids<VertexId>(mine.size())) {
+        const double distance = (mine[v] - theirs[v]).norm();
+        sum += distance;
+        largest = std::max(largest, distance);
+    }
+    result.error_mean = sum / static_cast<double>(mine.size()) / longest_edge_;
+    result.error_max = largest / longest_edge_;
+    return result;
+}
+
+int comparison_order(const std::string& name, int scene_order) {
+    if (name == "finest") return scene_order;
+    if (name == "finest-linear") return 1;
+    if (name == "finest-quadratic") return 2;
+    throw InputError("--compare", name, "is not known", "use finest, finest-linear or finest-quadratic");
+}
+
+}  // namespace tetfront
