@@ -7,7 +7,7 @@
 // Refused with an InputError: more than 1 MiB, more than 32 levels of nesting, malformed JSON (with line and column), a
 // key twice in one object, a number too large for a double, an override whose pointer leads nowhere.
 
-#include "engine/scene/scene.hpp"
+#include "engine/scene/override.hpp"
 
 #include <filesystem>
 #include <string>

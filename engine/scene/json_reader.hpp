@@ -6,6 +6,7 @@
 //     material.read("density", density, above(0, 1e6));                          // absent: stays as it is
 //     material.required("poisson").number(below(0, 0.5));                        // absent: throws
 
+#include "engine/base/types.hpp"
 #include "engine/scene/json_document.hpp"
 
 #include <initializer_list>

@@ -19,20 +19,10 @@ Scene on_finest_front(Scene scene, int order) {
     return scene;
 }
 
-double longest_edge_of(const FrameModel& model) {
-    double longest = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        longest = std::max(longest,
-                           static_cast<double>(model.rest_box[axis + 3]) - static_cast<double>(model.rest_box[axis]));
-    return longest;
-}
-
 }  // namespace
 
 Comparison::Comparison(std::string name, Scene scene, int order, const Progress& progress)
-    : name_(std::move(name)),
-      simulation_(build_model(on_finest_front(std::move(scene), order), progress)),
-      longest_edge_(longest_edge_of(*simulation_.model().frame_model)) {}
+    : name_(std::move(name)), simulation_(build_model(on_finest_front(std::move(scene), order), progress)) {}
 
 Comparison::Step Comparison::step(const Simulation& other) {
     const StepReport report = simulation_.step();
@@ -45,8 +35,9 @@ Comparison::Step Comparison::step(const Simulation& other) {
         sum += distance;
         largest = std::max(largest, distance);
     }
-    result.error_mean = sum / static_cast<double>(mine.size()) / longest_edge_;
-    result.error_max = largest / longest_edge_;
+    const double longest_edge = simulation_.model().size;
+    result.error_mean = sum / static_cast<double>(mine.size()) / longest_edge;
+    result.error_max = largest / longest_edge;
     return result;
 }
 

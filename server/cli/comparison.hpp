@@ -35,7 +35,6 @@ class Comparison {
  private:
     std::string name_;
     Simulation simulation_;
-    double longest_edge_;  // [m]
 };
 
 /// "finest", "finest-linear" or "finest-quadratic" -> order; `scene_order` for "finest". Throws InputError.

@@ -289,7 +289,7 @@ void Session::publish_frame() {
     last_frame_ = Clock::now();
     if (!simulation_) return;
     try {
-        const std::shared_ptr<const Frame> frame = simulation_->frame();
+        const std::shared_ptr<const Frame> frame = simulation_->frame(state_.steps_per_second);
         state_.status = frame->status;
         state_.tets_by_level = frame->topology->tets_by_level;
         if (listener_.frame) listener_.frame(frame);

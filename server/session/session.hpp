@@ -48,11 +48,11 @@ class Session {
     /// Called on the simulation thread, one at a time, never after stop() has returned. They must not block and must
     /// not throw. Any may be empty.
     struct Listener {
-        Progress progress;                                        // while the model is being built
-        std::function<void(std::shared_ptr<const Model>)> model;  // once, before the first frame
-        std::function<void(std::shared_ptr<const Frame>)> frame;  // at most about 60 a second
-        std::function<void(const SessionState&)> state;           // on a change, and 10 a second while stepping
-        std::function<void(std::exception_ptr)> build_failed;     // no model, frame or state will come
+        Progress progress = {};                                        // while the model is being built
+        std::function<void(std::shared_ptr<const Model>)> model = {};  // once, before the first frame
+        std::function<void(std::shared_ptr<const Frame>)> frame = {};  // at most about 60 a second
+        std::function<void(const SessionState&)> state = {};           // on a change, and 10 a second while stepping
+        std::function<void(std::exception_ptr)> build_failed = {};     // no model, frame or state will come
     };
     /// Called exactly once per command: on the simulation thread, or within submit() when the queue is full.
     /// nullopt: done (step: begun).
