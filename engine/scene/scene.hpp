@@ -12,11 +12,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <variant>
 #include <vector>
 
 #include "engine/base/types.hpp"
+#include "engine/scene/override.hpp"
 
 namespace tetfront {
 
@@ -100,7 +100,7 @@ struct Scene {
     MaterialSpec material;
     Estimation estimation = Estimation::mean_strain;
     std::vector<Region> pins;          // tree vertices inside do not move
-    Vec3 gravity = {0, 0, -9.81};      // [m/s^2]
+    Vec3 gravity = {0, 0, -9.81};      // [m/s^2] default: 9.81 against `up`
     std::vector<ForceSpec> forces;
     double mass_damping = 0;           // [1/s] Rayleigh, >= 0
     double stiffness_damping = 0;      // [s] Rayleigh, >= 0
@@ -109,9 +109,6 @@ struct Scene {
     SolverSpec solver;
     ViewSpec view;
 };
-
-/// JSON pointer and JSON text of a value that replaces the file's: {"/front/tolerance", "0.01"}.
-using Override = std::pair<std::string, std::string>;
 
 /// Reads a scene file. Throws InputError{file, JSON pointer, problem, what is allowed} for a file that cannot be read,
 /// malformed JSON (line and column), unknown keys, wrong types, values out of range; and for an override that does so.

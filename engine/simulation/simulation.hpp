@@ -18,8 +18,10 @@
 
 #include "engine/base/types.hpp"
 #include "engine/mechanics/elasticity.hpp"
+#include "engine/mechanics/elements.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/simulation/frame.hpp"
+#include "engine/tree/front.hpp"
 #include "engine/tree/surface.hpp"
 #include "engine/tree/tet_tree.hpp"
 
@@ -29,6 +31,13 @@ namespace tetfront {
 /// Called on the calling thread.
 using Progress = std::function<void(const std::string& what, double fraction)>;
 
+/// A constant force at a point of the surface, between two times.
+struct AttachedForce {
+    Attachment at;
+    Vec3 force;                          // [N]
+    double start = 0, end = 0;           // [s]
+};
+
 /// Everything that never changes while simulating; may be shared by any number of simulations.
 struct Model {
     Scene scene;
@@ -36,7 +45,13 @@ struct Model {
     ElasticityMatrices matrices;
     PerTet<double> density;              // [T] mass-weighted means [kg/m^3]
     Surface surface;
+    PerVertex<std::uint8_t> pinned;      // [V] nonzero: does not move
+    PerTet<std::uint8_t> unresolved;     // [T] nonzero: never active, it misses a pinned region that its descendants have
+    std::vector<AttachedForce> forces;
     std::shared_ptr<const FrameModel> frame_model;
+    double mass = 0;                     // [kg]
+    double size = 0;                     // [m] longest edge of the rest box, the unit of [Imai]'s errors
+    bool has_pins = false;
 };
 
 /// Throws InputError when the scene's mesh cannot be read or meshed.
@@ -74,6 +89,8 @@ class Simulation {
  public:
     /// The front starts at the coarsest allowed level, the state at rest.
     explicit Simulation(std::shared_ptr<const Model> model);
+    /// The same with another front than the scene's, e.g. the finest level beside an adaptive run on one Model.
+    Simulation(std::shared_ptr<const Model> model, const FrontSpec& front);
     ~Simulation();
     Simulation(Simulation&&) noexcept;
     Simulation& operator=(Simulation&&) noexcept;
@@ -83,7 +100,8 @@ class Simulation {
     void reset();
 
     /// The present moment. Cost: the surface and the front.
-    [[nodiscard]] std::shared_ptr<const Frame> frame();
+    /// steps_per_second: what the caller measured, for FrameStatus.
+    [[nodiscard]] std::shared_ptr<const Frame> frame(double steps_per_second = 0);
     [[nodiscard]] const Model& model() const;
 
     // Commands; each acts from the next step on. Pulls are springs between a surface point and a target, named by the
@@ -96,6 +114,13 @@ class Simulation {
 
     /// Positions of all vertices of the tree, interpolated where nothing is simulated. Cost: the tree.
     [[nodiscard]] PerVertex<Vec3> all_positions() const;
+    /// Of all active tets; linear [kg m/s] and angular about the origin [kg m^2/s].
+    [[nodiscard]] ElementSet::Momentum momentum() const;
+    struct Energy {
+        double kinetic = 0, elastic = 0;  // [J]
+    };
+    [[nodiscard]] Energy energy() const;
+    [[nodiscard]] const Front& front() const;
     /// FNV-1a of the mutable state's bytes: equal states have equal hashes.
     [[nodiscard]] std::uint64_t hash() const;
 

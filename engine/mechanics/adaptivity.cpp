@@ -1,0 +1,244 @@
+#include "engine/mechanics/adaptivity.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "engine/base/parallel.hpp"
+#include "engine/mechanics/element.hpp"
+
+namespace tetfront {
+
+namespace {
+
+/// Strains at the quadrature points of one tet.
+template <int Order>
+using PointStrains = std::array<Vec6, ElementOrder<Order>::points>;
+
+/// Strain at each node: the constant of a linear tet; for a quadratic one the linear function through its four
+/// quadrature points, evaluated at corners and midpoints.
+template <int Order>
+std::array<Vec6, ElementOrder<Order>::nodes> strain_at_nodes(const PointStrains<Order>& at_points) {
+    std::array<Vec6, ElementOrder<Order>::nodes> s;
+    if constexpr (Order == 1) {
+        s.fill(at_points[0]);
+    } else {
+        using O = ElementOrder<2>;
+        const Vec6 sum = at_points[0] + at_points[1] + at_points[2] + at_points[3];
+        for (std::size_t k = 0; k < 4; ++k) s[k] = (at_points[k] - O::far * sum) / (O::near - O::far);
+        for (std::size_t e = 0; e < 6; ++e)
+            s[4 + e] = (s[static_cast<std::size_t>(tet_edges[e][0])] + s[static_cast<std::size_t>(tet_edges[e][1])]) / 2;
+    }
+    return s;
+}
+
+template <int Order>
+PointStrains<Order> strains_of(const ElementSet& elements, std::size_t e) {
+    PointStrains<Order> s;
+    for (int q = 0; q < ElementOrder<Order>::points; ++q) s[static_cast<std::size_t>(q)] = elements.strain(e, q);
+    return s;
+}
+
+/// Strains that tet t would have with its nodes at x.
+template <int Order>
+PointStrains<Order> strains_at(const Front& front, TetId t, const PerVertex<Vec3>& x) {
+    using O = ElementOrder<Order>;
+    const TetTree& tree = front.tree();
+    const auto& c = tree.corners(t);
+    const auto g = barycentric_gradients({tree.rest(c[0]), tree.rest(c[1]), tree.rest(c[2]), tree.rest(c[3])});
+    const auto node = front.nodes(t);
+    std::array<V3<double>, O::nodes> position;
+    for (std::size_t i = 0; i < O::nodes; ++i) position[i] = {x[node[i]][0], x[node[i]][1], x[node[i]][2]};
+    PointStrains<Order> s;
+    for (int q = 0; q < O::points; ++q) {
+        const V6<double> strain = corotated_strain(svd3(deformation_gradient<Order>(position, q, g)));
+        for (std::size_t m = 0; m < 6; ++m) s[static_cast<std::size_t>(q)][static_cast<int>(m)] = strain[m];
+    }
+    return s;
+}
+
+double quadratic_form(const Sym6& c, const Vec6& e) {
+    double sum = 0;
+    for (int i = 0; i < 6; ++i) {
+        sum += c(i, i) * e[i] * e[i];
+        for (int j = i + 1; j < 6; ++j) sum += 2 * c(i, j) * e[i] * e[j];
+    }
+    return sum;
+}
+
+template <int Order>
+Vec6 mean(const PointStrains<Order>& s) {
+    Vec6 sum = s[0];
+    for (std::size_t q = 1; q < s.size(); ++q) sum += s[q];
+    return sum / static_cast<double>(s.size());
+}
+
+}  // namespace
+
+bool Adaptivity::in_valid_range(TetId t, const Vec6& strain) const {
+    if (matrices_->valid_range.empty()) return true;
+    const auto& range = matrices_->valid_range[t];
+    for (int m = 0; m < 6; ++m) {
+        const auto& [low, high] = range[static_cast<std::size_t>(m)];
+        if (!(low < strain[m] && strain[m] < high)) return false;
+    }
+    return true;
+}
+
+template <int Order>
+void Adaptivity::recover(const Front& front, const ElementSet& elements) {
+    recovered_.resize(front.tree().vertex_count());
+    recovered_weight_.resize(front.tree().vertex_count());
+    for (VertexId v : front.vertices()) {
+        recovered_[v].setZero();
+        recovered_weight_[v] = 0;
+    }
+    for (std::size_t e = 0; e < elements.size(); ++e) {
+        const TetId t = elements.tets()[e];
+        const double volume = front.tree().volume(t);
+        const auto at_nodes = strain_at_nodes<Order>(strains_of<Order>(elements, e));
+        const auto node = front.nodes(t);
+        for (std::size_t i = 0; i < at_nodes.size(); ++i) {
+            recovered_[node[i]] += volume * at_nodes[i];
+            recovered_weight_[node[i]] += volume;
+        }
+    }
+    for (VertexId v : front.vertices()) recovered_[v] /= recovered_weight_[v];
+    front.prolong(recovered_);  // the recovered field is conforming, like the displacement
+}
+
+template <int Order, class Strains>
+double Adaptivity::indicator(const Front& front, TetId t, const Strains& own, double bracket_weight) const {
+    using O = ElementOrder<Order>;
+    const Sym6& c = matrices_->elasticity[t];
+    const double volume = front.tree().volume(t);
+    const auto node = front.nodes(t);
+    double sum = 0;
+    if constexpr (Order == 1) {
+        // The difference is linear in the tet: exact integral from its corner values.
+        Vec6 total = Vec6::Zero();
+        for (std::size_t i = 0; i < 4; ++i) {
+            const Vec6 d = recovered_[node[i]] - own[0];
+            sum += quadratic_form(c, d);
+            total += d;
+        }
+        sum = (sum + quadratic_form(c, total)) / 20;
+    } else {
+        for (int q = 0; q < O::points; ++q) {
+            Vec6 d = -own[static_cast<std::size_t>(q)];
+            Vec4 b = Vec4::Constant(O::far);
+            b[q] = O::near;
+            const auto shape = quadratic_shape(b);
+            for (std::size_t i = 0; i < 10; ++i) d += shape[i] * recovered_[node[i]];
+            sum += quadratic_form(c, d) / O::points;
+        }
+    }
+    if (bracket_weight > 0 && !matrices_->bracket.empty()) {
+        for (const Vec6& e : own) sum += bracket_weight / O::points * quadratic_form(matrices_->bracket[t], e);
+    }
+    return volume * sum;
+}
+
+template <int Order>
+void Adaptivity::measure_order(const Front& front, const ElementSet& elements, const PerVertex<Vec3>& x, double bracket_weight) {
+    recover<Order>(front, elements);
+    eta2_.resize(elements.size());
+    out_of_range_.resize(elements.size());
+    parallel_for(elements.size(), 128, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t e = begin; e < end; ++e) {
+            const TetId t = elements.tets()[e];
+            const auto own = strains_of<Order>(elements, e);
+            eta2_[e] = indicator<Order>(front, t, own, bracket_weight);
+            out_of_range_[e] = !in_valid_range(t, mean<Order>(own));
+        }
+    });
+    eta2_total_ = std::accumulate(eta2_.begin(), eta2_.end(), 0.0);
+
+    // Siblings are neighbours in the ascending list of active tets.
+    const TetTree& tree = front.tree();
+    candidates_.clear();
+    for (std::size_t e = 0; e + 8 <= elements.size(); ++e) {
+        const TetId t = elements.tets()[e];
+        if (tree.is_root(t) || tree.child_number(t) != 0 || elements.tets()[e + 7].value != t.value + 7) continue;
+        const TetId p = tree.parent(t);
+        if ((*unresolved_)[p] || !front.can_merge(p)) continue;
+        double children = 0;
+        for (std::size_t k = 0; k < 8; ++k) children += eta2_[e + k];
+        candidates_.push_back({p, -children});
+        e += 7;
+    }
+    parallel_for(candidates_.size(), 32, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) {
+            MergeCandidate& candidate = candidates_[n];
+            const auto own = strains_at<Order>(front, candidate.parent, x);
+            candidate.cost += indicator<Order>(front, candidate.parent, own, bracket_weight);
+            if (!in_valid_range(candidate.parent, mean<Order>(own))) candidate.cost = std::numeric_limits<double>::infinity();
+        }
+    });
+}
+
+void Adaptivity::measure(const Front& front, const ElementSet& elements, const PerVertex<Vec3>& x, double seconds,
+                         const AdaptivitySettings& settings) {
+    if (front.order() == 1) {
+        measure_order<1>(front, elements, x, settings.bracket_weight);
+    } else {
+        measure_order<2>(front, elements, x, settings.bracket_weight);
+    }
+    reference_energy_ = std::max({2 * elements.energy(), reference_energy_ * std::exp(-seconds / settings.memory), settings.energy_floor});
+    estimate_ = reference_energy_ > 0 ? eta2_total_ / reference_energy_ : 0;
+}
+
+std::array<int, 2> Adaptivity::adapt(Front& front, std::uint64_t step, const AdaptivitySettings& settings) {
+    rest_until_.resize(front.tree().tet_count(), 0);
+    const std::vector<TetId> tets = front.active();
+    const double goal = settings.tolerance * reference_energy_;
+    const auto most = std::max<std::size_t>(4, static_cast<std::size_t>(settings.most_change * static_cast<double>(tets.size())));
+    std::array<int, 2> changes = {0, 0};
+
+    for (std::size_t e = 0; e < tets.size(); ++e) {
+        if ((out_of_range_[e] || (*unresolved_)[tets[e]]) && front.split(tets[e])) ++changes[0];
+    }
+    double total = eta2_total_;
+    if (total > goal) {
+        std::vector<std::size_t> worst(tets.size());
+        std::iota(worst.begin(), worst.end(), std::size_t{0});
+        std::erase_if(worst, [&](std::size_t e) { return front.tree().level_of(tets[e]) >= front.max_level(); });
+        std::stable_sort(worst.begin(), worst.end(), [&](std::size_t a, std::size_t b) { return eta2_[a] > eta2_[b]; });
+        // What a split leaves of eta^2: h^2 for linear, at most h^4 (less near singularities) for quadratic tets.
+        const double left = front.order() == 1 ? 0.25 : 0.125;
+        const std::size_t limit = total > 4 * goal ? worst.size() : most;
+        for (std::size_t n = 0; n < std::min(limit, worst.size()) && total > 0.7 * goal; ++n) {
+            if (!(eta2_[worst[n]] > 0)) break;
+            if (front.split(tets[worst[n]])) ++changes[0];
+            total -= (1 - left) * eta2_[worst[n]];
+        }
+    } else {
+        std::stable_sort(candidates_.begin(), candidates_.end(),
+                         [](const MergeCandidate& a, const MergeCandidate& b) { return a.cost < b.cost; });
+        const bool economy = total < settings.lower_band * goal;
+        const double next_to_nothing = 0.02 * goal / static_cast<double>(tets.size());
+        for (const MergeCandidate& c : candidates_) {
+            if (static_cast<std::size_t>(changes[1]) >= most) break;
+            const bool cheap = c.cost <= next_to_nothing;
+            if (!cheap && !(economy && total + c.cost <= 0.6 * goal)) break;
+            const auto children = front.tree().children(c.parent);
+            if (std::ranges::any_of(children, [&](TetId t) { return rest_until_[t] > step; })) continue;
+            if (!front.can_merge(c.parent)) continue;
+            front.merge(c.parent);
+            total += std::max(c.cost, 0.0);
+            ++changes[1];
+        }
+    }
+    return changes;
+}
+
+void Adaptivity::rest(const std::vector<TetId>& activated, std::uint64_t step, const AdaptivitySettings& settings) {
+    for (TetId t : activated) rest_until_[t] = step + static_cast<std::uint64_t>(settings.dwell);
+}
+
+void Adaptivity::clear() {
+    reference_energy_ = estimate_ = eta2_total_ = 0;
+    std::fill(rest_until_.begin(), rest_until_.end(), 0);
+}
+
+}  // namespace tetfront

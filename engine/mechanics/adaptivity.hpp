@@ -1,0 +1,89 @@
+#pragma once
+// Which tets to split and which to merge: an energy-norm error indicator and a band for its total.
+//
+// Indicator of a tet, from the recovered (nodally averaged) strain e* and its own strain e (Zienkiewicz & Zhu 1987):
+//
+//     eta^2 = integral (e* - e)^T C (e* - e) + w integral e^T (C_average - C_uniform_stress) e          [J]
+//
+// The second term is what a coarse tet does not know about its material; it is zero where the material is uniform. The
+// estimate of the relative displacement error is  sum eta^2 / sum integral e^T C e.  For tets whose children are all
+// active the same formula on the parent's own nodes says what merging would cost, so both numbers are comparable.
+//
+// The front is left alone while the estimate is inside the band [lower, 1] x tolerance. Above it the worst tets are split
+// until the predicted estimate is back in the middle, below it the cheapest merges are made; merges that cost next to
+// nothing are made at any time. A tet rests for `dwell` steps after it was activated before it may be merged away.
+// The valid strain range of [Imai] eq. (6) splits a tet whatever its indicator, and forbids the merge into it.
+//
+//     Adaptivity adaptivity(matrices, unresolved);
+//     adaptivity.measure(front, elements, x, dt, settings);   // after elements.evaluate at x
+//     auto [splits, merges] = adaptivity.adapt(front, step, settings);
+//     adaptivity.rest(front.commit().activated, step, settings);
+
+#include <vector>
+
+#include "engine/base/types.hpp"
+#include "engine/mechanics/elasticity.hpp"
+#include "engine/mechanics/elements.hpp"
+#include "engine/tree/front.hpp"
+
+namespace tetfront {
+
+struct AdaptivitySettings {
+    double tolerance = 0.02;        // of the estimate
+    double bracket_weight = 0.1;
+    double lower_band = 0.4;        // of the tolerance: nothing is merged for economy above this
+    double most_change = 0.05;      // of the front per step, unless the estimate is far off
+    int dwell = 8;                  // steps
+    /// [J] energy below which deformations are taken for nothing.
+    double energy_floor = 0;
+    double memory = 1;              // [s] the energy that errors are measured against decays with this time constant
+};
+
+class Adaptivity {
+ public:
+    /// unresolved: [T of the tree] nonzero where a tet may never be active because it misses something that its
+    /// descendants resolve (a small pinned region). Both must outlive this.
+    Adaptivity(const ElasticityMatrices& matrices, const PerTet<std::uint8_t>& unresolved)
+        : matrices_(&matrices), unresolved_(&unresolved) {}
+
+    /// Indicators of the active tets and of the parents whose children are all active. x: positions of the front's
+    /// vertices that `elements` was last evaluated at. seconds: simulated time since the last call.
+    void measure(const Front& front, const ElementSet& elements, const PerVertex<Vec3>& x, double seconds,
+                 const AdaptivitySettings& settings);
+    /// Relative displacement error, estimated, of the last measure().
+    [[nodiscard]] double estimate() const { return estimate_; }
+    /// eta^2 of active tet e (index as in ElementSet::tets()) [J].
+    [[nodiscard]] const std::vector<double>& indicators() const { return eta2_; }
+
+    /// Splits and merges on `front` as the last measure() asks for; the caller commits. Returns {splits, merges}.
+    std::array<int, 2> adapt(Front& front, std::uint64_t step, const AdaptivitySettings& settings);
+    /// Tets that became active rest for `dwell` steps.
+    void rest(const std::vector<TetId>& activated, std::uint64_t step, const AdaptivitySettings& settings);
+    /// Forgets energies and rests (after a reset).
+    void clear();
+
+ private:
+    struct MergeCandidate {
+        TetId parent;
+        double cost = 0;  // eta^2 of the parent minus that of the children [J]
+    };
+    template <int Order>
+    void measure_order(const Front& front, const ElementSet& elements, const PerVertex<Vec3>& x, double bracket_weight);
+    template <int Order>
+    void recover(const Front& front, const ElementSet& elements);
+    template <int Order, class Strains>
+    [[nodiscard]] double indicator(const Front& front, TetId t, const Strains& own, double bracket_weight) const;
+    [[nodiscard]] bool in_valid_range(TetId t, const Vec6& strain) const;
+
+    const ElasticityMatrices* matrices_;
+    const PerTet<std::uint8_t>* unresolved_;
+    double reference_energy_ = 0, estimate_ = 0, eta2_total_ = 0;
+    std::vector<double> eta2_;                  // [active]
+    std::vector<std::uint8_t> out_of_range_;    // [active]
+    std::vector<MergeCandidate> candidates_;
+    PerVertex<Vec6> recovered_;                 // [V of the tree] valid for the front's vertices
+    PerVertex<double> recovered_weight_;
+    PerTet<std::uint64_t> rest_until_;          // [T of the tree] step before which the tet is not merged away
+};
+
+}  // namespace tetfront

@@ -1,0 +1,98 @@
+#pragma once
+// The active tets as batches of packs: evaluates forces, energies, strains and tangent blocks of a whole front.
+//
+// Built anew when the front changes; one call of evaluate() then visits every active tet once, several at a time, and
+// leaves its results in element order. accumulate() adds them up per vertex by a list made at build time, in a fixed
+// order, so results do not depend on the number of threads.
+//
+//     ElementSet elements;
+//     elements.build(front, matrices.elasticity, density);
+//     elements.evaluate({.x = x, .force_scale = 1});
+//     elements.accumulate(f);                               // f_v = internal force on each vertex of the front [N]
+//     elements.energy();                                    // [J]
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/base/simd.hpp"
+#include "engine/base/types.hpp"
+#include "engine/base/voigt.hpp"
+#include "engine/tree/front.hpp"
+
+namespace tetfront {
+
+class ElementSet {
+ public:
+    /// elasticity [Pa] and density [kg/m^3] of every tet of the tree; both must outlive this.
+    void build(const Front& front, const PerTet<Sym6>& elasticity, const PerTet<double>& density);
+
+    struct Evaluation {
+        const PerVertex<Vec3>& x;                     // [m] positions, all vertices of the front
+        double force_scale = 1;                       // nodal results: force_scale * f_internal - M inertia
+        const PerVertex<Vec3>* inertia = nullptr;     // multiplied by the consistent mass; null: no such term
+        const PerVertex<Vec3>* velocity = nullptr;    // [m/s] for stiffness-proportional damping; null: none
+        double stiffness_damping = 0;                 // [s]
+        bool tangent = false;                         // also the blocks stiffness_scale * K + mass_scale * M
+        double stiffness_scale = 0, mass_scale = 0;
+    };
+    void evaluate(const Evaluation& e);
+
+    /// f_v = sum of nodal results, for each vertex of the front (hanging ones too; restrict them afterwards).
+    void accumulate(PerVertex<Vec3>& f) const;
+    /// Elastic energy of the last evaluation [J].
+    [[nodiscard]] double energy() const;
+    /// Active tets whose determinant of F is not positive at some quadrature point in the last evaluation.
+    [[nodiscard]] int inverted() const;
+
+    [[nodiscard]] std::size_t size() const { return tets_.size(); }
+    [[nodiscard]] const std::vector<TetId>& tets() const { return tets_; }  // ascending
+    [[nodiscard]] int order() const { return order_; }
+    [[nodiscard]] int nodes() const { return order_ == 1 ? 4 : 10; }
+    [[nodiscard]] int points() const { return order_ == 1 ? 1 : 4; }
+    [[nodiscard]] int block_count() const { return nodes() * (nodes() + 1) / 2; }
+    /// Corotated strain of element e (index into tets()) at a quadrature point, from the last evaluation.
+    [[nodiscard]] Vec6 strain(std::size_t e, int point) const;
+    /// Volume-weighted sum of mass: the mass of the front [kg].
+    [[nodiscard]] double mass() const;
+    /// Linear momentum sum_ij m_ij v_j [kg m/s] and angular momentum sum_ij x_i x m_ij v_j [kg m^2/s].
+    struct Momentum {
+        Vec3 linear, angular;
+    };
+    [[nodiscard]] Momentum momentum(const PerVertex<Vec3>& x, const PerVertex<Vec3>& v) const;
+    /// (1/2) v^T M v [J]
+    [[nodiscard]] double kinetic_energy(const PerVertex<Vec3>& v) const;
+
+    /// Upper block (i <= j) of element e in the tangent of the last evaluation: 9 floats, row-major, `pack_size` apart.
+    [[nodiscard]] std::size_t block_offset(std::size_t e, int i, int j) const {
+        const std::size_t block = static_cast<std::size_t>(i * nodes() - i * (i - 1) / 2 + (j - i));
+        return (e / pack_size * static_cast<std::size_t>(block_count()) + block) * 9 * pack_size + e % pack_size;
+    }
+    [[nodiscard]] const float* blocks() const { return blocks_.data(); }
+
+ private:
+    /// What stays constant while the front does; lanes beyond the last tet repeat it with no volume.
+    struct Batch {
+        std::int32_t node[10][pack_size];
+        double gradient[9][pack_size];   // rows G_1 G_2 G_3
+        double volume[pack_size];        // [m^3]
+        double c[21][pack_size];         // [Pa]
+        double mass[pack_size];          // [kg]
+    };
+    template <int Order>
+    void evaluate_batch(std::size_t b, const Evaluation& e);
+
+    int order_ = 1;
+    std::vector<TetId> tets_;
+    std::vector<Batch> batches_;
+    std::vector<double> nodal_;     // [batch][node][3][lane]
+    std::vector<double> strains_;   // [batch][point][6][lane]
+    std::vector<double> energies_;  // [batch][lane] twice the energy
+    std::vector<double> least_stretch_;  // [batch][lane] smallest stretch over the points; negative: inverted
+    std::vector<float> blocks_;     // [batch][block][9][lane]
+    std::vector<VertexId> vertices_;               // of the front
+    PerVertex<std::int32_t> slot_;                 // [V of the tree] index into vertices_; only theirs are valid
+    std::vector<std::uint32_t> incidence_begin_;   // [vertices+1]
+    std::vector<std::uint32_t> incidence_;         // offsets into nodal_ (x component)
+};
+
+}  // namespace tetfront

@@ -1,0 +1,95 @@
+#pragma once
+// Implicit time steps on a front: backward Euler or the implicit midpoint rule, Newton's method, PCG.
+//
+// Backward Euler solves for the new velocity v of the free vertices (P: prolongation of the front, tied by restrict)
+//
+//     P^T [ M (v - v0) - h ( f(x0 + h v) + M g - a M v + loads ) ] = 0,        x = x0 + h v
+//
+// with f the corotated internal force including stiffness-proportional damping, a the mass-proportional damping. Newton
+// starts at v0 and uses the positive definite tangent M (1 + h a) + K (h^2 + h b), so every direction is a descent
+// direction; it stops at a tolerance or after a number of iterations (1: the classical linearised step).
+// The midpoint rule is a backward Euler step of h/2 and an extrapolation: second order, conserves linear and angular
+// momentum to the tolerance, no numerical damping. Pinned vertices keep their place.
+//
+//     Implicit implicit;
+//     implicit.build(front, elements, pinned);            // after the front changed
+//     ImplicitReport r = implicit.step(front, elements, state, loads, settings);
+
+#include <vector>
+
+#include "engine/base/types.hpp"
+#include "engine/mechanics/block_matrix.hpp"
+#include "engine/mechanics/elements.hpp"
+#include "engine/mechanics/pcg.hpp"
+#include "engine/tree/front.hpp"
+
+namespace tetfront {
+
+/// What moves: one entry per vertex of the tree; only those of the front are valid.
+struct State {
+    PerVertex<Vec3> x;  // [m]
+    PerVertex<Vec3> v;  // [m/s]
+    PerVertex<Vec3> a;  // [m/s^2] of the last step; the solver's first guess for the next one
+};
+
+/// A force at a point of the front.
+struct PointForce {
+    Front::Point at;
+    Vec3 force;  // [N]
+};
+/// A spring and damper between a point of the front and a fixed target.
+struct PointSpring {
+    Front::Point at;
+    Vec3 target;       // [m]
+    double stiffness;  // [N/m]
+    double damping;    // [N s/m]
+};
+struct Loads {
+    Vec3 gravity = Vec3::Zero();  // [m/s^2]
+    std::vector<PointForce> forces;
+    std::vector<PointSpring> springs;
+};
+
+struct ImplicitSettings {
+    double time_step = 1.0 / 60;  // [s]
+    bool midpoint = false;
+    int newton_iterations = 1;
+    double newton_tolerance = 1e-4;
+    PcgLimits pcg;
+    double mass_damping = 0;       // [1/s]
+    double stiffness_damping = 0;  // [s]
+};
+
+struct ImplicitReport {
+    bool finite = true;     // false: the state was left as it was
+    bool converged = true;  // every linear solve reached its tolerance, and Newton its own when it may iterate
+    int newton_iterations = 0;
+    int solver_iterations = 0;
+    double residual = 0;    // of the last linear solve, relative
+    double assemble_milliseconds = 0, solve_milliseconds = 0;
+};
+
+class Implicit {
+ public:
+    void build(const Front& front, const ElementSet& elements, const PerVertex<std::uint8_t>& pinned);
+
+    /// One time step. Afterwards `elements` holds strains, forces and energy at the new positions.
+    ImplicitReport step(const Front& front, ElementSet& elements, State& state, const Loads& loads,
+                        const ImplicitSettings& settings);
+
+    [[nodiscard]] const BlockMatrix& matrix() const { return matrix_; }
+
+ private:
+    void set_trial(const Front& front, const State& state, double h);
+    double residual(const Front& front, ElementSet& elements, const State& state, const Loads& loads,
+                    const ImplicitSettings& settings, double h);
+
+    BlockMatrix matrix_;
+    BlockJacobi preconditioner_;
+    Pcg pcg_;
+    std::vector<VertexId> fixed_;                // free but pinned vertices of the front
+    PerVertex<Vec3> trial_x_, trial_v_, inertia_, nodal_;
+    DofVector right_, update_;
+};
+
+}  // namespace tetfront

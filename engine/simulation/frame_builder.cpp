@@ -1,0 +1,99 @@
+#include "engine/simulation/frame_builder.hpp"
+
+#include <algorithm>
+
+#include "engine/base/parallel.hpp"
+
+namespace tetfront {
+
+namespace {
+
+std::array<float, 3> to_float(const Vec3& p) {
+    return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
+}
+
+/// Unique edges of the front; the edges of quadratic tets are cut at their midpoints, which are nodes.
+void add_edges(const Front& front, FrameTopology& topology) {
+    struct Edge {
+        std::uint32_t a, b;
+        std::uint8_t level;
+    };
+    const auto& vertices = front.vertices();
+    const auto slot = [&](VertexId v) {
+        return static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin());
+    };
+    std::vector<Edge> edges;
+    edges.reserve(front.active().size() * (front.order() == 1 ? 6 : 12));
+    for (TetId t : front.active()) {
+        const auto level = static_cast<std::uint8_t>(front.tree().level_of(t));
+        const auto node = front.nodes(t);
+        std::array<std::uint32_t, 10> s{};
+        for (std::size_t i = 0; i < static_cast<std::size_t>(front.nodes_per_tet()); ++i) s[i] = slot(node[i]);
+        const auto add = [&](std::uint32_t a, std::uint32_t b) { edges.push_back({std::min(a, b), std::max(a, b), level}); };
+        for (std::size_t e = 0; e < 6; ++e) {
+            const auto a = s[static_cast<std::size_t>(tet_edges[e][0])], b = s[static_cast<std::size_t>(tet_edges[e][1])];
+            if (front.order() == 1) {
+                add(a, b);
+            } else {
+                add(a, s[4 + e]);
+                add(s[4 + e], b);
+            }
+        }
+    }
+    std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
+        return std::tie(x.a, x.b, y.level) < std::tie(y.a, y.b, x.level);  // finest first
+    });
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        if (i > 0 && edges[i].a == edges[i - 1].a && edges[i].b == edges[i - 1].b) continue;
+        topology.edges.push_back({edges[i].a, edges[i].b});
+        topology.edge_level.push_back(edges[i].level);
+    }
+}
+
+}  // namespace
+
+FrameBuilder::FrameBuilder(std::shared_ptr<const FrameModel> model, const Surface& surface)
+    : model_(std::move(model)), surface_(&surface) {}
+
+void FrameBuilder::rebuild(const Front& front) {
+    front_epoch_ = front.epoch();
+    auto topology = std::make_shared<FrameTopology>();
+    topology->epoch = ++epochs_made_;
+    topology->tets_by_level.assign(static_cast<std::size_t>(front.tree().depth()) + 1, 0);
+    for (TetId t : front.active()) ++topology->tets_by_level[static_cast<std::size_t>(front.tree().level_of(t))];
+    const std::size_t count = surface_->attachment.size();
+    points_.resize(count);
+    topology->surface_level.resize(count);
+    parallel_for(count, 512, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            points_[i] = front.locate(surface_->attachment[i].leaf, surface_->attachment[i].barycentric);
+            topology->surface_level[i] = static_cast<std::uint8_t>(front.tree().level_of(points_[i].tet));
+        }
+    });
+    add_edges(front, *topology);
+    topology_ = std::move(topology);
+}
+
+std::shared_ptr<const Frame> FrameBuilder::build(const Front& front, const PerVertex<Vec3>& x, FrameStatus status,
+                                                 std::vector<FramePull> pulls) {
+    if (!topology_ || front_epoch_ != front.epoch()) rebuild(front);
+    auto frame = std::make_shared<Frame>();
+    frame->model = model_;
+    frame->topology = topology_;
+    frame->status = std::move(status);
+    frame->pulls = std::move(pulls);
+    frame->surface.resize(points_.size());
+    const auto nodes = static_cast<std::size_t>(front.nodes_per_tet());
+    parallel_for(points_.size(), 1024, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            Vec3 p = Vec3::Zero();
+            for (std::size_t k = 0; k < nodes; ++k) p += points_[i].weights[k] * x[points_[i].nodes[k]];
+            frame->surface[i] = to_float(p);
+        }
+    });
+    frame->front_positions.reserve(front.vertices().size());
+    for (VertexId v : front.vertices()) frame->front_positions.push_back(to_float(x[v]));
+    return frame;
+}
+
+}  // namespace tetfront

@@ -1,0 +1,36 @@
+#pragma once
+// Makes Frames: evaluates the embedded surface on the front and describes the front for a wireframe.
+//
+//     FrameBuilder builder(model);
+//     auto frame = builder.build(front, x, status, pulls);   // topology is shared until the front changes
+
+#include <memory>
+#include <vector>
+
+#include "engine/base/types.hpp"
+#include "engine/simulation/frame.hpp"
+#include "engine/tree/front.hpp"
+#include "engine/tree/surface.hpp"
+
+namespace tetfront {
+
+class FrameBuilder {
+ public:
+    /// model and surface must outlive this.
+    FrameBuilder(std::shared_ptr<const FrameModel> model, const Surface& surface);
+
+    /// x: positions of the front's vertices. Cost: the surface and, after a change, the front.
+    std::shared_ptr<const Frame> build(const Front& front, const PerVertex<Vec3>& x, FrameStatus status,
+                                       std::vector<FramePull> pulls);
+
+ private:
+    void rebuild(const Front& front);
+
+    std::shared_ptr<const FrameModel> model_;
+    const Surface* surface_;
+    std::shared_ptr<const FrameTopology> topology_;
+    std::uint32_t front_epoch_ = 0, epochs_made_ = 0;
+    std::vector<Front::Point> points_;  // [S] surface vertices in the front
+};
+
+}  // namespace tetfront

@@ -1,0 +1,423 @@
+#include "engine/simulation/simulation.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include <Eigen/LU>
+
+#include "engine/base/error.hpp"
+#include "engine/mechanics/adaptivity.hpp"
+#include "engine/mechanics/element.hpp"
+#include "engine/mechanics/implicit.hpp"
+#include "engine/simulation/frame_builder.hpp"
+
+namespace tetfront {
+
+namespace {
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// A pull is a critically damped spring that acts as if never longer than this part of the object's size ...
+constexpr double pull_reach = 0.5;
+/// ... and then accelerates the object as a whole with this [m/s^2], whatever its size and mass.
+constexpr double pull_acceleration = 50;
+
+class Fnv1a {
+ public:
+    void add(const void* data, std::size_t bytes) {
+        const auto* p = static_cast<const unsigned char*>(data);
+        for (std::size_t i = 0; i < bytes; ++i) hash_ = (hash_ ^ p[i]) * 0x100000001b3ULL;
+    }
+    [[nodiscard]] std::uint64_t value() const { return hash_; }
+
+ private:
+    std::uint64_t hash_ = 0xcbf29ce484222325ULL;
+};
+
+}  // namespace
+
+struct Simulation::Impl {
+    struct Pull {
+        Attachment at;
+        Vec3 target;
+    };
+
+    Impl(std::shared_ptr<const Model> m, const FrontSpec& spec)
+        : model(std::move(m)),
+          front(model->tree, spec.order, spec.min_level, spec.max_level),
+          adaptivity(model->matrices, model->unresolved),
+          frames(model->frame_model, model->surface) {
+        const Scene& scene = model->scene;
+        gravity = scene.gravity;
+        adapt_settings.tolerance = spec.tolerance;
+        for (TetId t : model->tree.level(0)) adapt_settings.energy_floor += 1e-8 * model->tree.volume(t) * model->matrices.elasticity[t](0, 0);
+        settings.time_step = scene.time_step;
+        settings.midpoint = scene.solver.scheme == Scheme::midpoint;
+        settings.newton_iterations = scene.solver.newton_iterations;
+        settings.newton_tolerance = scene.solver.newton_tolerance;
+        settings.pcg = {scene.solver.cg_tolerance, scene.solver.cg_iterations};
+        settings.mass_damping = scene.mass_damping;
+        settings.stiffness_damping = scene.stiffness_damping;
+        state.x.resize(model->tree.vertex_count());
+        state.v.resize(model->tree.vertex_count());
+        state.a.resize(model->tree.vertex_count());
+        start();
+    }
+
+    /// State at rest on the front as it is.
+    void start() {
+        for (VertexId v : front.vertices()) {
+            state.x[v] = model->tree.rest(v);
+            state.v[v].setZero();
+            state.a[v].setZero();
+        }
+        time = 0;
+        steps = 0;
+        report = {};
+        adaptivity.clear();
+        resolve_pins();
+        rebuild();
+        elements.evaluate({.x = state.x});
+        adaptivity.measure(front, elements, state.x, 0, adapt_settings);
+        describe(report);
+    }
+
+    /// Splits tets that miss a pinned region, until none does.
+    void resolve_pins() {
+        for (bool changed = true; changed;) {
+            changed = false;
+            const std::vector<TetId> active = front.active();
+            for (TetId t : active)
+                if (model->unresolved[t] && front.split(t)) changed = true;
+            transfer(front.commit());
+        }
+    }
+
+    void rebuild() {
+        elements.build(front, model->matrices.elasticity, model->density);
+        implicit.build(front, elements, model->pinned);
+    }
+
+    /// Gives vertices that appeared their place and velocity, and hanging ones theirs.
+    void transfer(const Front::Change& change) {
+        // Rows point to older vertices, so one ascending pass over both kinds sees final values only.
+        std::vector<VertexId> dependent;
+        std::ranges::set_union(change.appeared, front.hanging(), std::back_inserter(dependent));
+        for (VertexId v : dependent) {
+            if (model->tree.row(front.order(), v).vertices.empty()) continue;
+            state.x[v] = front.interpolate(state.x, v);
+            state.v[v] = front.interpolate(state.v, v);
+            state.a[v] = front.interpolate(state.a, v);
+        }
+        for (VertexId v : front.vertices()) {
+            if (!model->pinned[v]) continue;
+            state.x[v] = model->tree.rest(v);
+            state.v[v].setZero();
+            state.a[v].setZero();
+        }
+    }
+
+    void adapt(StepReport& r) {
+        const auto changes = adaptivity.adapt(front, steps, adapt_settings);
+        r.splits = changes[0];
+        r.merges = changes[1];
+        const bool free_body = !model->has_pins && changes[0] + changes[1] > 0;
+        const ElementSet::Momentum before = free_body ? elements.momentum(state.x, state.v) : ElementSet::Momentum{};
+        const Front::Change& change = front.commit();
+        r.milliseconds.adapt += lap();
+        if (!change.any()) return;
+        adaptivity.rest(change.activated, steps, adapt_settings);
+        transfer(change);
+        rebuild();
+        if (free_body) keep_momentum(before);
+        r.milliseconds.setup += lap();
+    }
+
+    /// Adds the rigid motion that gives a free body the momenta it had before its front changed.
+    void keep_momentum(const ElementSet::Momentum& before) {
+        const ElementSet::Momentum now = elements.momentum(state.x, state.v);
+        PerVertex<Vec3>& motion = scratch;
+        motion.resize(model->tree.vertex_count());
+        // Momenta of the six unit rigid motions; turns about the object's rough centre for a well-conditioned system.
+        const Vec3 centre = state.x[front.vertices().front()];
+        const auto unit_motion = [&](int k, const Vec3& x) -> Vec3 {
+            return k < 3 ? Vec3(Vec3::Unit(k)) : Vec3(Vec3::Unit(k - 3).cross(x - centre) / model->size);
+        };
+        Mat6 momenta;
+        for (int k = 0; k < 6; ++k) {
+            for (VertexId v : front.vertices()) motion[v] = unit_motion(k, state.x[v]);
+            const ElementSet::Momentum p = elements.momentum(state.x, motion);
+            momenta.col(k) << p.linear, (p.angular - centre.cross(p.linear)) / model->size;
+        }
+        Vec6 missing;
+        const Vec3 linear = before.linear - now.linear;
+        missing << linear, (before.angular - now.angular - centre.cross(linear)) / model->size;
+        const Vec6 amount = momenta.fullPivLu().solve(missing);
+        if (!amount.allFinite()) return;
+        for (VertexId v : front.vertices())
+            for (int k = 0; k < 6; ++k) state.v[v] += amount[k] * unit_motion(k, state.x[v]);
+    }
+
+    Loads loads() const {
+        Loads l;
+        l.gravity = gravity;
+        for (const AttachedForce& f : model->forces) {
+            if (time >= f.start && time < f.end) l.forces.push_back({front.locate(f.at.leaf, f.at.barycentric), f.force});
+        }
+        for (const auto& [id, pull] : pulls) {
+            PointSpring spring{front.locate(pull.at.leaf, pull.at.barycentric), pull.target, 0, 0};
+            const Vec3 from = position(spring.at), reach = pull.target - from;
+            const double longest = pull_reach * model->size;
+            spring.stiffness = model->mass * pull_acceleration / longest;
+            spring.damping = 2 * std::sqrt(spring.stiffness * model->mass);
+            if (reach.norm() > longest) spring.target = from + reach * (longest / reach.norm());
+            l.springs.push_back(spring);
+        }
+        return l;
+    }
+
+    [[nodiscard]] Vec3 position(const Front::Point& p) const {
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t i = 0; i < static_cast<std::size_t>(front.nodes_per_tet()); ++i) sum += p.weights[i] * state.x[p.nodes[i]];
+        return sum;
+    }
+
+    /// Advances by one time step, in smaller ones when it fails. False: the state is as before.
+    bool advance(StepReport& r) {
+        saved.clear();
+        for (VertexId v : front.vertices()) saved.push_back({state.x[v], state.v[v], state.a[v]});
+        for (int parts = 1; parts <= 16; parts *= 2) {
+            ImplicitSettings s = settings;
+            s.time_step /= parts;
+            bool finite = true;
+            r.converged = true;
+            for (int part = 0; part < parts && finite; ++part) {
+                const ImplicitReport one = implicit.step(front, elements, state, loads(), s);
+                finite = one.finite;
+                r.converged = r.converged && one.converged;
+                r.newton_iterations += one.newton_iterations;
+                r.solver_iterations += one.solver_iterations;
+                r.residual = one.residual;
+                r.milliseconds.assemble += one.assemble_milliseconds;
+                r.milliseconds.solve += one.solve_milliseconds;
+            }
+            if (finite) {
+                if (parts > 1) r.warning = "the time step was cut in " + std::to_string(parts) + " to stay stable";
+                return true;
+            }
+            for (std::size_t i = 0; i < saved.size(); ++i) {
+                state.x[front.vertices()[i]] = saved[i][0];
+                state.v[front.vertices()[i]] = saved[i][1];
+                state.a[front.vertices()[i]] = saved[i][2];
+            }
+        }
+        elements.evaluate({.x = state.x});
+        return false;
+    }
+
+    /// The parts of a report that describe the present state.
+    void describe(StepReport& r) const {
+        r.step = steps;
+        r.time = time;
+        r.estimate = adaptivity.estimate();
+        r.inverted_tets = elements.inverted();
+        r.tets_by_level.assign(static_cast<std::size_t>(model->tree.depth()) + 1, 0);
+        for (TetId t : front.active()) ++r.tets_by_level[static_cast<std::size_t>(model->tree.level_of(t))];
+        r.free_vertices = static_cast<std::uint32_t>(front.free_count());
+        r.hanging_vertices = static_cast<std::uint32_t>(front.hanging().size());
+    }
+
+    double lap() {
+        const double ms = milliseconds_since(phase_start);
+        phase_start = std::chrono::steady_clock::now();
+        return ms;
+    }
+
+    StepReport step() {
+        StepReport r;
+        phase_start = std::chrono::steady_clock::now();
+        adapt(r);
+        r.rejected = !advance(r);
+        lap();
+        ++steps;
+        if (r.rejected) {
+            r.converged = false;
+            r.warning = "the step failed even when cut in 16; the object stands still: reset, or reduce forces or the time step";
+            for (VertexId v : front.vertices()) {
+                state.v[v].setZero();
+                state.a[v].setZero();
+            }
+        } else {
+            time = static_cast<double>(steps) * settings.time_step;
+        }
+        adaptivity.measure(front, elements, state.x, settings.time_step, adapt_settings);
+        r.milliseconds.adapt += lap();
+        describe(r);
+        if (r.warning.empty() && !r.converged) r.warning = "the solver stopped before its tolerance: motion may be wrong";
+        r.milliseconds.other += lap();
+        report = r;
+        return r;
+    }
+
+    void begin_pull(std::uint64_t id, const SurfacePoint& point, const Vec3& target) {
+        const auto& triangles = model->surface.mesh.triangles;
+        if (point.triangle >= triangles.size()) {
+            throw InputError("", "/triangle", "is " + std::to_string(point.triangle), "use 0.." + std::to_string(triangles.size() - 1));
+        }
+        const Vec3& b = point.barycentric;
+        if (!b.allFinite() || b.minCoeff() < -1e-9 || std::abs(b.sum() - 1) > 1e-3)
+            throw InputError("", "/barycentric", "is not a point of the triangle", "use three numbers >= 0 with sum 1");
+        check_target(target);
+        // The point takes the leaf of its nearest corner: at most about one leaf away from it.
+        const auto& triangle = triangles[point.triangle];
+        Vec3 rest = Vec3::Zero();
+        int nearest = 0;
+        for (int i = 0; i < 3; ++i) {
+            rest += b[i] * model->surface.mesh.positions[static_cast<std::size_t>(triangle[static_cast<std::size_t>(i)])];
+            if (b[i] > b[nearest]) nearest = i;
+        }
+        const TetId leaf = model->surface.attachment[static_cast<std::size_t>(triangle[static_cast<std::size_t>(nearest)])].leaf;
+        const auto& c = model->tree.corners(leaf);
+        const TetTree& tree = model->tree;
+        const auto g = barycentric_gradients({tree.rest(c[0]), tree.rest(c[1]), tree.rest(c[2]), tree.rest(c[3])});
+        Attachment at{leaf, Vec4::Zero()};
+        const Vec3 d = rest - tree.rest(c[0]);
+        for (int k = 0; k < 3; ++k) at.barycentric[k + 1] = g(k, 0) * d[0] + g(k, 1) * d[1] + g(k, 2) * d[2];
+        at.barycentric[0] = 1 - at.barycentric.tail<3>().sum();
+        pulls[id] = {at, target};
+    }
+
+    static void check_target(const Vec3& target) {
+        if (!target.allFinite() || target.cwiseAbs().maxCoeff() > 1e9)
+            throw InputError("", "/target", "is not a position", "use three finite numbers within 1e9 m");
+    }
+
+    std::shared_ptr<const Model> model;
+    Front front;
+    Adaptivity adaptivity;
+    AdaptivitySettings adapt_settings;
+    ElementSet elements;
+    Implicit implicit;
+    ImplicitSettings settings;
+    State state;
+    FrameBuilder frames;
+    Vec3 gravity;
+    std::map<std::uint64_t, Pull> pulls;
+    double time = 0;
+    std::uint64_t steps = 0;
+    StepReport report;
+    std::vector<std::array<Vec3, 3>> saved;  // x, v and a of the front's vertices before the step
+    PerVertex<Vec3> scratch;
+    std::chrono::steady_clock::time_point phase_start;
+};
+
+Simulation::Simulation(std::shared_ptr<const Model> model, const FrontSpec& front)
+    : impl_(std::make_unique<Impl>(std::move(model), front)) {}
+Simulation::Simulation(std::shared_ptr<const Model> model) {
+    const FrontSpec front = model->scene.front;
+    impl_ = std::make_unique<Impl>(std::move(model), front);
+}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+StepReport Simulation::step() { return impl_->step(); }
+
+void Simulation::reset() {
+    Impl& s = *impl_;
+    s.pulls.clear();
+    const TetTree& tree = s.model->tree;
+    for (int level = tree.depth() - 1; level >= s.front.min_level(); --level) {
+        std::vector<TetId> parents;
+        for (TetId t : s.front.active())
+            if (tree.level_of(t) == level + 1 && tree.child_number(t) == 0) parents.push_back(tree.parent(t));
+        for (TetId p : parents)
+            if (s.front.can_merge(p)) s.front.merge(p);
+        s.front.commit();
+    }
+    s.start();
+}
+
+std::shared_ptr<const Frame> Simulation::frame(double steps_per_second) {
+    Impl& s = *impl_;
+    FrameStatus status;
+    status.time = s.time;
+    status.step = s.steps;
+    status.estimate = s.report.estimate;
+    status.tolerance = s.adapt_settings.tolerance;
+    status.step_milliseconds = s.report.milliseconds.total();
+    status.steps_per_second = steps_per_second;
+    status.free_vertices = s.report.free_vertices;
+    status.solver_iterations = static_cast<std::uint32_t>(s.report.solver_iterations);
+    status.converged = s.report.converged;
+    status.warning = s.report.warning;
+    std::vector<FramePull> pulls;
+    for (const PointSpring& spring : s.loads().springs) {
+        const Vec3 from = s.position(spring.at);
+        FramePull pull;
+        for (int c = 0; c < 3; ++c) {
+            pull.from[static_cast<std::size_t>(c)] = static_cast<float>(from[c]);
+            pull.to[static_cast<std::size_t>(c)] = static_cast<float>(spring.target[c]);
+        }
+        pull.force = static_cast<float>(spring.stiffness * (spring.target - from).norm());
+        pulls.push_back(pull);
+    }
+    return s.frames.build(s.front, s.state.x, std::move(status), std::move(pulls));
+}
+
+const Model& Simulation::model() const { return *impl_->model; }
+const Front& Simulation::front() const { return impl_->front; }
+
+void Simulation::begin_pull(std::uint64_t pull, const SurfacePoint& point, const Vec3& target) { impl_->begin_pull(pull, point, target); }
+
+void Simulation::move_pull(std::uint64_t pull, const Vec3& target) {
+    Impl::check_target(target);
+    const auto it = impl_->pulls.find(pull);
+    if (it != impl_->pulls.end()) it->second.target = target;
+}
+
+void Simulation::end_pull(std::uint64_t pull) { impl_->pulls.erase(pull); }
+
+void Simulation::set_gravity(const Vec3& gravity) {
+    if (!gravity.allFinite() || gravity.cwiseAbs().maxCoeff() > 1e4)
+        throw InputError("", "/value", "is not a gravity", "use three finite numbers within 1e4 m/s^2");
+    impl_->gravity = gravity;
+}
+
+void Simulation::set_tolerance(double tolerance) {
+    if (!(tolerance > 0 && tolerance <= 1)) throw InputError("", "/value", "is not a tolerance", "use a number in (0, 1]");
+    impl_->adapt_settings.tolerance = tolerance;
+}
+
+PerVertex<Vec3> Simulation::all_positions() const {
+    const Front& front = impl_->front;
+    PerVertex<Vec3> x = impl_->state.x;
+    for (VertexId v : ids<VertexId>(x.size()))
+        if (front.state(v) == VertexState::absent) x[v] = front.interpolate(x, v);
+    return x;
+}
+
+ElementSet::Momentum Simulation::momentum() const { return impl_->elements.momentum(impl_->state.x, impl_->state.v); }
+
+Simulation::Energy Simulation::energy() const {
+    return {impl_->elements.kinetic_energy(impl_->state.v), impl_->elements.energy()};
+}
+
+std::uint64_t Simulation::hash() const {
+    const Impl& s = *impl_;
+    Fnv1a hash;
+    hash.add(&s.steps, sizeof s.steps);
+    for (TetId t : s.front.active()) hash.add(&t.value, sizeof t.value);
+    for (VertexId v : s.front.vertices()) {
+        hash.add(s.state.x[v].data(), 3 * sizeof(double));
+        hash.add(s.state.v[v].data(), 3 * sizeof(double));
+        hash.add(s.state.a[v].data(), 3 * sizeof(double));
+    }
+    return hash.value();
+}
+
+}  // namespace tetfront

@@ -1,0 +1,58 @@
+#pragma once
+// The subcommands of the `tetfront` program, one file each. Each adds itself to the parser; main runs the chosen one.
+//
+//     void add_info(CLI::App& program, Action& action) {
+//         CLI::App* command = program.add_subcommand("info", "...");
+//         auto options = std::make_shared<Options>();
+//         command->add_option("scene", options->scene)->required();
+//         command->callback([options, &action] { action = [options] { return info(*options); }; });
+//     }
+
+#include "engine/scene/scene.hpp"
+
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+namespace tetfront {
+
+/// Exit statuses; the same for all subcommands.
+enum ExitStatus : int {
+    exit_ok = 0,
+    exit_internal_error = 1,
+    exit_bad_input = 2,  // InputError, or wrong usage
+    exit_port_taken = 3,
+    exit_output_failed = 4,  // OutputError
+};
+
+/// Output that cannot be written.
+struct OutputError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// Does the work and returns an ExitStatus; throws InputError, OutputError or PortTaken.
+using Action = std::function<int()>;
+
+void add_serve(CLI::App& program, Action& action);
+void add_render(CLI::App& program, Action& action);
+void add_run(CLI::App& program, Action& action);
+void add_info(CLI::App& program, Action& action);
+
+/// A scene file and values that replace the file's.
+struct SceneArguments {
+    std::string file;
+    std::vector<std::string> settings;  // "path=value"
+
+    /// Adds the positional SCENE and --set to a subcommand. `fallback`: used when no file is given; empty: required.
+    void add_to(CLI::App& command, const std::string& fallback = "");
+    [[nodiscard]] Scene load() const;
+};
+
+/// "front.tolerance=0.01" or "/front/tolerance=0.01" -> {"/front/tolerance", "0.01"}. A value that is not JSON is a
+/// string: view.colouring=stiffness. Throws InputError for text without `=` or path.
+Override parse_setting(const std::string& setting);
+
+}  // namespace tetfront

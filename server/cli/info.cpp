@@ -1,0 +1,97 @@
+#include "engine/mesh/tet_mesh.hpp"
+#include "engine/simulation/simulation.hpp"
+#include "server/cli/commands.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tetfront {
+
+namespace {
+
+struct LevelQuality {
+    double smallest = 180, largest = 0;  // [degrees] dihedral angles of the worst tets
+    double median = 0;                   // of the tets' smallest dihedral angles
+    double smallest_volume = 0, largest_volume = 0;
+    double mass = 0;  // [kg]
+};
+
+LevelQuality quality(const Model& model, int level) {
+    const TetTree& tree = model.tree;
+    LevelQuality q;
+    std::vector<double> smallest;
+    smallest.reserve(tree.tet_count(level));
+    q.smallest_volume = std::numeric_limits<double>::infinity();
+    for (const TetId t : tree.level(level)) {
+        const auto& c = tree.corners(t);
+        const auto [low, high] = dihedral_range(tree.rest(c[0]), tree.rest(c[1]), tree.rest(c[2]), tree.rest(c[3]));
+        smallest.push_back(low);
+        q.smallest = std::min(q.smallest, low);
+        q.largest = std::max(q.largest, high);
+        q.smallest_volume = std::min(q.smallest_volume, tree.volume(t));
+        q.largest_volume = std::max(q.largest_volume, tree.volume(t));
+        q.mass += model.density[t] * tree.volume(t);
+    }
+    const auto middle = smallest.begin() + static_cast<std::ptrdiff_t>(smallest.size() / 2);
+    std::nth_element(smallest.begin(), middle, smallest.end());
+    q.median = *middle;
+    return q;
+}
+
+template <class T>
+double mebibytes(const std::vector<T>& values) {
+    return static_cast<double>(values.size() * sizeof(T)) / (1 << 20);
+}
+
+int info(const SceneArguments& arguments) {
+    const auto model = build_model(arguments.load());
+    const Scene& scene = model->scene;
+    const TetTree& tree = model->tree;
+    const FrameModel& frame = *model->frame_model;
+
+    std::printf("scene      %s%s%s\n", scene.name.c_str(), scene.title.empty() ? "" : ": ", scene.title.c_str());
+    std::printf("levels     0..%d, order %d, tolerance %g, time step %g s\n\n", tree.depth(), scene.front.order,
+                scene.front.tolerance, scene.time_step);
+    std::printf("%5s %12s %12s %11s %11s %11s %13s %13s %12s\n", "level", "tets", "vertices", "smallest", "median",
+                "largest", "smallest tet", "largest tet", "mass");
+    std::printf("%5s %12s %12s %11s %11s %11s %13s %13s %12s\n", "", "", "", "angle [deg]", "of smallest",
+                "angle [deg]", "[m^3]", "[m^3]", "[kg]");
+    for (int level = 0; level <= tree.depth(); ++level) {
+        const LevelQuality q = quality(*model, level);
+        std::printf("%5d %12zu %12zu %11.1f %11.1f %11.1f %13.3g %13.3g %12.6g\n", level, tree.tet_count(level),
+                    tree.vertex_count(level), q.smallest, q.median, q.largest, q.smallest_volume, q.largest_volume,
+                    q.mass);
+    }
+    std::printf("\nstiffness  Young's modulus %g..%g Pa at the surface, Poisson's ratio %g\n",
+                static_cast<double>(frame.young_range[0]), static_cast<double>(frame.young_range[1]),
+                scene.material.poisson);
+    std::printf("surface    %zu vertices, %zu triangles, %zu vertices outside of all tets (at most %g m)\n",
+                model->surface.mesh.positions.size(), model->surface.mesh.triangles.size(),
+                model->surface.outside_count, model->surface.outside_distance);
+    const auto& box = frame.rest_box;
+    std::printf("rest box   %g %g %g .. %g %g %g m, up is %c\n", static_cast<double>(box[0]),
+                static_cast<double>(box[1]), static_cast<double>(box[2]), static_cast<double>(box[3]),
+                static_cast<double>(box[4]), static_cast<double>(box[5]), "xyz"[frame.up]);
+    const double tree_memory = static_cast<double>(tree.memory_bytes()) / (1 << 20);
+    const double matrix_memory = mebibytes<Sym6>(model->matrices.elasticity) +
+                                 mebibytes<Sym6>(model->matrices.bracket) +
+                                 mebibytes<std::array<std::array<double, 2>, 6>>(model->matrices.valid_range) +
+                                 mebibytes<double>(model->density);
+    std::printf("memory     tree %.1f MiB, matrices %.1f MiB\n", tree_memory, matrix_memory);
+    return exit_ok;
+}
+
+}  // namespace
+
+void add_info(CLI::App& program, Action& action) {
+    CLI::App* command = program.add_subcommand("info", "Prints what a scene consists of");
+    const auto arguments = std::make_shared<SceneArguments>();
+    arguments->add_to(*command);
+    command->callback([arguments, &action] { action = [arguments] { return info(*arguments); }; });
+}
+
+}  // namespace tetfront

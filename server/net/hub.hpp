@@ -1,0 +1,82 @@
+#pragma once
+// Who is connected, and what everybody is shown. Belongs to the serving thread; knows no sockets.
+//
+//     hub.on_frame(frame);     // encoded once, put into every viewer's outbox
+//     hub.add(viewer);         // greeted with hello, model, topology, frame and state as soon as there are any
+
+#include "server/net/access.hpp"
+#include "server/net/outbox.hpp"
+#include "server/net/web_files.hpp"
+#include "server/session/session.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+
+namespace tetfront {
+
+/// Anything that has to end before the server can.
+struct Connection {
+    virtual ~Connection() = default;
+    virtual void shut_down() = 0;  // ends soon, and then calls Hub::remove
+};
+
+/// A connection that is shown the simulation.
+struct Viewer : Connection {
+    Outbox outbox;
+    virtual void flush() = 0;                 // after a change of the outbox; sends when nothing is being sent
+    virtual void push(std::string text) = 0;  // outbox.push; a viewer whose outbox is full is closed
+};
+
+class Hub {
+ public:
+    Hub(Session& session, WebFiles files, AccessPolicy access);
+
+    Session& session;
+    const WebFiles files;
+    const AccessPolicy access;
+
+    [[nodiscard]] std::size_t connection_count() const { return connections_.size(); }
+    void add(const std::shared_ptr<Connection>& connection);
+    void remove(const std::shared_ptr<Connection>& connection);
+    void add_viewer(const std::shared_ptr<Viewer>& viewer);
+    void remove_viewer(const std::shared_ptr<Viewer>& viewer);
+    ClientId new_client() { return ++last_client_; }
+
+    /// Ends all connections, and calls `done` when none is left.
+    void shut_down(std::function<void()> done);
+    [[nodiscard]] bool shutting_down() const { return done_ != nullptr; }
+
+    // Events of the session.
+    void on_progress(const std::string& what, double fraction);
+    void on_model(std::shared_ptr<const Model> model);
+    void on_frame(std::shared_ptr<const Frame> frame);
+    void on_state(const SessionState& state);
+
+ private:
+    /// Viewers can be greeted: model, frame and state are there.
+    [[nodiscard]] bool ready() const { return model_ && frame_ && state_; }
+    void greet(Viewer& viewer);
+    void broadcast_state();
+    std::shared_ptr<const Moment> moment();
+
+    std::set<std::shared_ptr<Connection>> connections_;
+    std::set<std::shared_ptr<Viewer>> viewers_;
+    ClientId last_client_ = 0;
+    std::function<void()> done_;
+
+    std::shared_ptr<const Model> model_;
+    std::shared_ptr<const Frame> frame_;
+    std::optional<SessionState> state_;
+    SharedBytes progress_;
+    std::string stage_;
+
+    std::shared_ptr<const Moment> encoded_;  // of encoded_frame_
+    std::shared_ptr<const Frame> encoded_frame_;
+    std::uint32_t sequence_ = 0;
+};
+
+}  // namespace tetfront

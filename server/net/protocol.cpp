@@ -1,0 +1,229 @@
+#include "server/net/protocol.hpp"
+
+#include "engine/base/error.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+namespace tetfront {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "messages are written in the machine's byte order");
+
+using Json = nlohmann::ordered_json;
+
+enum class MessageType : std::uint8_t { model = 1, topology = 2, frame = 3 };
+
+struct Header {
+    MessageType type;
+    std::uint8_t version = protocol_version;
+    std::uint16_t generation = 0;
+    std::uint32_t epoch = 0, sequence = 0, count_a = 0;
+    double time = 0;
+    std::uint32_t count_b = 0, count_c = 0;
+};
+static_assert(sizeof(Header) == 32 && offsetof(Header, time) == 16 && offsetof(Header, count_c) == 28);
+
+std::uint32_t count(std::size_t n) {
+    ENSURE(n <= std::numeric_limits<std::uint32_t>::max(), n);
+    return static_cast<std::uint32_t>(n);
+}
+
+std::string start(const Header& header, std::size_t payload) {
+    std::string bytes;
+    bytes.reserve(sizeof header + payload + 16);
+    bytes.append(reinterpret_cast<const char*>(&header), sizeof header);
+    return bytes;
+}
+
+void pad(std::string& bytes) { bytes.resize((bytes.size() + 3) / 4 * 4, '\0'); }
+
+template <class T>
+void append(std::string& bytes, std::span<const T> values) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    bytes.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+    pad(bytes);
+}
+
+using Point = std::array<float, 3>;
+
+struct Bounds {
+    Point low{}, extent{};
+};
+
+Bounds bounds_of(std::initializer_list<std::span<const Point>> clouds) {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    Point low = {infinity, infinity, infinity}, high = {-infinity, -infinity, -infinity};
+    for (const auto cloud : clouds)
+        for (const Point& p : cloud)
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                if (!std::isfinite(p[axis])) continue;
+                low[axis] = std::min(low[axis], p[axis]);
+                high[axis] = std::max(high[axis], p[axis]);
+            }
+    Bounds box;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (!(low[axis] <= high[axis])) continue;
+        box.low[axis] = low[axis];
+        box.extent[axis] = std::min(high[axis] - low[axis], std::numeric_limits<float>::max());
+    }
+    return box;
+}
+
+void append_quantised(std::string& bytes, std::span<const Point> points, const Bounds& box) {
+    Point scale{};
+    for (std::size_t axis = 0; axis < 3; ++axis) scale[axis] = box.extent[axis] > 0 ? 65535 / box.extent[axis] : 0;
+    const std::size_t begin = bytes.size();
+    bytes.resize(begin + points.size() * 6);
+    char* out = bytes.data() + begin;
+    for (const Point& p : points) {
+        std::array<std::uint16_t, 3> code;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const float u = (p[axis] - box.low[axis]) * scale[axis] + 0.5F;
+            code[axis] = u > 0 ? static_cast<std::uint16_t>(std::min(u, 65535.0F)) : 0;  // NaN: 0
+        }
+        std::memcpy(out, code.data(), 6);
+        out += 6;
+    }
+    pad(bytes);
+}
+
+std::string text(const Json& message) { return message.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Json array(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+/// A scene that names no camera gets one that sees all of the rest box, a little from the right and above. The client
+/// knows its window's shape and turns the camera from there.
+ViewSpec fitted(ViewSpec view, const FrameModel& model) {
+    if (!view.fitted) return view;
+    const auto& box = model.rest_box;
+    const Vec3 low(box[0], box[1], box[2]), extent = Vec3(box[3], box[4], box[5]) - low;
+    const Vec3 up = Vec3::Unit(model.up);
+    const int right = model.up == 0 ? 1 : 0, depth = model.up == 2 ? 1 : 2;
+    Vec3 side = Vec3::Unit(right), front = (model.up == 1 ? 1 : -1) * Vec3::Unit(depth);
+    if (extent[depth] > 1.3 * extent[right]) std::swap(side, front), side = -side;  // look at the broader side
+    const double half_view = view.field_of_view / 2 * std::numbers::pi / 180;
+    const double distance = std::max(1.1 * extent.norm() / 2 / std::sin(half_view), 1e-9);
+    view.target = low + extent / 2;
+    view.eye = view.target + distance * (front + 0.42 * side + 0.38 * up).normalized();
+    return view;
+}
+
+}  // namespace
+
+std::string encode_model(const FrameModel& model, std::uint16_t generation) {
+    std::string bytes = start({.type = MessageType::model,
+                               .generation = generation,
+                               .count_a = count(model.young.size()),
+                               .count_b = count(model.triangles.size())},
+                              12 * model.triangles.size() + 4 * model.young.size());
+    append(bytes, std::span(model.triangles));
+    append(bytes, std::span(model.young));
+    return bytes;
+}
+
+std::string encode_topology(const FrameTopology& topology, std::size_t front_count, std::uint16_t generation) {
+    ENSURE(topology.edge_level.size() == topology.edges.size(), topology.edge_level.size(), topology.edges.size());
+    std::string bytes = start({.type = MessageType::topology,
+                               .generation = generation,
+                               .epoch = topology.epoch,
+                               .count_a = count(topology.surface_level.size()),
+                               .count_b = count(topology.edges.size()),
+                               .count_c = count(front_count)},
+                              9 * topology.edges.size() + topology.surface_level.size());
+    append(bytes, std::span(topology.edges));
+    append(bytes, std::span(topology.surface_level));
+    append(bytes, std::span(topology.edge_level));
+    return bytes;
+}
+
+std::string encode_frame(const Frame& frame, std::uint16_t generation, std::uint32_t sequence) {
+    std::string bytes = start({.type = MessageType::frame,
+                               .generation = generation,
+                               .epoch = frame.topology->epoch,
+                               .sequence = sequence,
+                               .count_a = count(frame.surface.size()),
+                               .time = frame.status.time,
+                               .count_b = count(frame.front_positions.size()),
+                               .count_c = count(frame.pulls.size())},
+                              24 + 6 * (frame.surface.size() + frame.front_positions.size()) + 28 * frame.pulls.size());
+    const Bounds box = bounds_of({frame.surface, frame.front_positions});
+    append(bytes, std::span<const float>(box.low));
+    append(bytes, std::span<const float>(box.extent));
+    append_quantised(bytes, frame.surface, box);
+    append_quantised(bytes, frame.front_positions, box);
+    static_assert(sizeof(FramePull) == 7 * sizeof(float));
+    append(bytes, std::span(frame.pulls));
+    return bytes;
+}
+
+std::string hello_event(const Scene& scene, const FrameModel& model, const SessionState& state) {
+    const ViewSpec view = fitted(scene.view, model);
+    return text({{"type", "hello"},
+                 {"protocol", protocol_version},
+                 {"version", TETFRONT_VERSION},
+                 {"scene", {{"name", scene.name}, {"title", scene.title}}},
+                 {"up", model.up},
+                 {"depth", model.depth},
+                 {"young_range", model.young_range},
+                 {"rest_box", model.rest_box},
+                 {"view",
+                  {{"eye", array(view.eye)},
+                   {"target", array(view.target)},
+                   {"field_of_view", view.field_of_view},
+                   {"colouring", view.colouring},
+                   {"wireframe", view.wireframe}}},
+                 {"gravity", array(state.gravity)},
+                 {"tolerance", state.status.tolerance},
+                 {"time_step", scene.time_step},
+                 {"order", scene.front.order},
+                 {"playing", state.playing},
+                 {"speed", state.speed},
+                 {"limits", {{"message_bytes", max_message_bytes}}}});
+}
+
+std::string state_event(const SessionState& state, std::size_t viewers) {
+    const FrameStatus& status = state.status;
+    return text({{"type", "state"},
+                 {"playing", state.playing},
+                 {"speed", state.speed},
+                 {"time", status.time},
+                 {"step", status.step},
+                 {"steps_per_second", state.steps_per_second},
+                 {"tets_by_level", state.tets_by_level},
+                 {"free_vertices", status.free_vertices},
+                 {"estimate", status.estimate},
+                 {"tolerance", status.tolerance},
+                 {"gravity", array(state.gravity)},
+                 {"milliseconds", status.step_milliseconds},
+                 {"iterations", status.solver_iterations},
+                 {"converged", status.converged},
+                 {"viewers", viewers},
+                 {"warning", status.warning}});
+}
+
+std::string progress_event(std::string_view what, double fraction) {
+    return text({{"type", "progress"}, {"what", what}, {"fraction", std::clamp(fraction, 0.0, 1.0)}});
+}
+
+std::string ok_reply(std::int64_t id) { return text({{"type", "ok"}, {"id", id}}); }
+
+std::string error_reply(std::optional<std::int64_t> id, const CommandError& error) {
+    return text({{"type", "error"},
+                 {"id", id ? Json(*id) : Json(nullptr)},
+                 {"code", error.code},
+                 {"pointer", error.pointer},
+                 {"message", error.message}});
+}
+
+}  // namespace tetfront

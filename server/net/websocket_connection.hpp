@@ -1,0 +1,181 @@
+#pragma once
+// One viewer: commands in, frames and answers out. Included by server.cpp only, see there.
+
+#include "server/net/command_parser.hpp"
+#include "server/net/hub.hpp"
+#include "server/net/protocol.hpp"
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+
+namespace tetfront {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using Error = boost::system::error_code;
+using namespace std::chrono_literals;
+
+struct Timeouts {
+    std::chrono::milliseconds request, idle;
+    static constexpr std::chrono::milliseconds close{2000};  // for the other side to take part in closing
+};
+
+class WebSocketConnection : public Viewer, public std::enable_shared_from_this<WebSocketConnection> {
+ public:
+    WebSocketConnection(Hub& hub, const Timeouts& timeouts, beast::tcp_stream stream)
+        : hub_(hub),
+          timeouts_(timeouts),
+          stream_(std::move(stream)),
+          close_deadline_(stream_.get_executor()),
+          client_(hub.new_client()) {}
+
+    void accept(const http::request<http::empty_body>& request) {
+        beast::get_lowest_layer(stream_).expires_never();  // the WebSocket has timeouts of its own
+        stream_.set_option(websocket::stream_base::timeout{timeouts_.request, timeouts_.idle, true});
+        stream_.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
+            response.set(http::field::sec_websocket_protocol,
+                         beast::string_view(subprotocol.data(), subprotocol.size()));
+            response.set(http::field::server, "tetfront");
+        }));
+        websocket::permessage_deflate no_compression;
+        no_compression.server_enable = false;
+        stream_.set_option(no_compression);
+        stream_.auto_fragment(false);
+        stream_.read_message_max(hard_message_limit);
+        stream_.async_accept(request, [self = shared_from_this()](Error error) {
+            if (error) return self->finish();
+            self->open_ = true;
+            self->hub_.add_viewer(self);
+            self->read();
+            if (self->hub_.shutting_down()) self->shut_down();
+        });
+    }
+
+    void push(std::string text) override {
+        if (!outbox.push(std::move(text))) close(websocket::close_code::policy_error, "answers are not being read");
+    }
+    /// After a change of the outbox.
+    void flush() override {
+        if (writing_ || closing_) return;
+        std::optional<OutgoingMessage> message = outbox.next();
+        if (!message) return;
+        writing_ = true;
+        stream_.text(message->text);
+        const auto bytes = asio::buffer(*message->bytes);
+        stream_.async_write(bytes,
+                            [self = shared_from_this(), keep = std::move(message->bytes)](Error error, std::size_t) {
+                                self->writing_ = false;
+                                if (error) return self->drop();  // the read that is under way ends the connection
+                                self->flush();
+                            });
+    }
+
+    void shut_down() override {
+        if (open_)
+            close(websocket::close_code::going_away, "the server is shutting down");
+        else
+            drop();
+    }
+
+ private:
+    void read() {
+        // Of a message that is too large only the fact is kept.
+        const std::size_t room = max_message_bytes + 1 - buffer_.size();
+        stream_.async_read_some(buffer_, room, [self = shared_from_this()](Error error, std::size_t) {
+            if (error) return self->finish();
+            self->on_part();
+        });
+    }
+
+    void on_part() {
+        if (buffer_.size() > max_message_bytes) {
+            too_large_ = true;
+            buffer_.clear();
+        }
+        if (stream_.is_message_done()) {
+            if (!closing_) on_message();
+            buffer_.clear();
+            too_large_ = false;
+        }
+        read();
+    }
+
+    void on_message() {
+        if (too_large_) return answer(std::nullopt, CommandError{"too_large", "", "is larger than 64 KiB"});
+        if (!stream_.got_text()) return answer(std::nullopt, CommandError{"malformed", "", "is not a text message"});
+        const auto data = buffer_.data();
+        ParsedCommand parsed = parse_command({static_cast<const char*>(data.data()), data.size()});
+        if (!within_rate())
+            return answer(parsed.id, CommandError{"too_many", "", "more than 1000 commands within a second"});
+        if (const auto* error = std::get_if<CommandError>(&parsed.result)) return answer(parsed.id, *error);
+        hub_.session.submit(
+            client_, std::move(std::get<Command>(parsed.result)),
+            [weak = weak_from_this(), id = parsed.id, executor = stream_.get_executor()](const auto& error) {
+                asio::post(executor, [weak, id, error] {
+                    if (const auto self = weak.lock()) self->answer(id, error);
+                });
+            });
+    }
+
+    void answer(std::optional<std::int64_t> id, const std::optional<CommandError>& error) {
+        push(error ? error_reply(id, *error) : ok_reply(id.value_or(0)));
+        flush();
+    }
+
+    bool within_rate() {
+        const auto now = std::chrono::steady_clock::now();
+        if (now - rate_since_ >= 1s) {
+            rate_since_ = now;
+            rate_count_ = 0;
+        }
+        return ++rate_count_ <= max_commands_per_second;
+    }
+
+    /// The closing handshake; a client that does not take part in it is dropped.
+    void close(websocket::close_code code, const char* reason) {
+        if (closing_) return;
+        closing_ = true;
+        stream_.async_close({code, reason}, [self = shared_from_this()](Error) {});
+        close_deadline_.expires_after(Timeouts::close);
+        close_deadline_.async_wait([self = shared_from_this()](Error error) {
+            if (!error) self->drop();
+        });
+    }
+
+    void drop() { beast::get_lowest_layer(stream_).close(); }
+
+    /// Nothing will be read any more.
+    void finish() {
+        closing_ = true;
+        close_deadline_.cancel();
+        hub_.session.disconnect(client_);
+        hub_.remove_viewer(shared_from_this());
+    }
+
+    static constexpr std::size_t hard_message_limit = 1024 * 1024;  // a message above closes the connection with 1009
+    static constexpr int max_commands_per_second = 1000;
+
+    Hub& hub_;
+    Timeouts timeouts_;
+    websocket::stream<beast::tcp_stream> stream_;
+    asio::steady_timer close_deadline_;
+    ClientId client_;
+    beast::flat_buffer buffer_;
+    bool open_ = false, writing_ = false, closing_ = false, too_large_ = false;
+    std::chrono::steady_clock::time_point rate_since_{};
+    int rate_count_ = 0;
+};
+
+}  // namespace tetfront

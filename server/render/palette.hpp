@@ -1,0 +1,57 @@
+#pragma once
+// Colours that carry meaning. The browser client uses the same numbers; tests/golden/palette.json holds both sides to
+// them, because a picture on disk and the page must not contradict each other.
+//
+//     Rgb c = level_colour(2);
+//     Rgb s = map_colour(stiffness_position(2e5f, {1e4f, 1e6f}));
+//
+// Level colours grow lighter and warmer with each level, so the order shows in grey and to colour-blind eyes as well;
+// stiffness runs from pale yellow (soft) to dark red (stiff) as in [Imai]'s figures.
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+namespace tetfront {
+
+/// sRGB-encoded.
+struct Rgb {
+    std::uint8_t r = 0, g = 0, b = 0;
+    friend bool operator==(const Rgb&, const Rgb&) = default;
+};
+
+/// Level of refinement, 0 = coarsest. Levels beyond the last colour repeat it.
+inline constexpr std::array<Rgb, 7> level_colours = {{{0x42, 0x2f, 0x87},
+                                                      {0x17, 0x77, 0xb8},
+                                                      {0x1b, 0xb2, 0xab},
+                                                      {0x72, 0xd5, 0x77},
+                                                      {0xd8, 0xdf, 0x44},
+                                                      {0xfc, 0xe6, 0x7a},
+                                                      {0xff, 0xf6, 0xd0}}};
+
+/// Stops of the stiffness map at equal distances, soft to stiff; in between piecewise linear in encoded values.
+inline constexpr std::array<Rgb, 9> stiffness_colours = {{{0xf9, 0xea, 0x92},
+                                                          {0xfa, 0xdd, 0x6d},
+                                                          {0xfb, 0xc9, 0x52},
+                                                          {0xf8, 0xad, 0x32},
+                                                          {0xf1, 0x8a, 0x19},
+                                                          {0xe6, 0x60, 0x03},
+                                                          {0xcc, 0x36, 0x1e},
+                                                          {0xa5, 0x1e, 0x21},
+                                                          {0x75, 0x15, 0x1e}}};
+
+/// Arrows of pulls: occurs in neither of the maps above.
+inline constexpr Rgb pull_colour = {0xc2, 0x18, 0x6b};
+
+Rgb level_colour(int level);
+
+/// t is clamped to 0..1.
+Rgb map_colour(double t);
+
+/// Whether a range [Pa] is shown on a logarithmic scale: when it spans more than a decade.
+bool is_logarithmic(std::array<float, 2> young_range);
+
+/// Where a modulus [Pa] lies in the legend's range, 0..1; the middle when the range has no width.
+double stiffness_position(float young, std::array<float, 2> young_range);
+
+}  // namespace tetfront

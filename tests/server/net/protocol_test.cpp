@@ -1,0 +1,145 @@
+#include "server/net/protocol.hpp"
+
+#include "tests/support/golden.hpp"
+#include "tests/support/sample_frame.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace tetfront {
+namespace {
+
+template <class T>
+T at(const std::string& bytes, std::size_t offset) {
+    T value;
+    std::memcpy(&value, bytes.data() + offset, sizeof value);
+    return value;
+}
+
+Scene sample_scene() {
+    Scene scene;
+    scene.name = "sample";
+    scene.title = "A sample \"scene\"";
+    scene.view.eye = {3, -6, 2};
+    scene.view.target = {0.5, 1, 2};
+    scene.view.fitted = false;
+    scene.time_step = 1.0 / 64;
+    return scene;
+}
+
+SessionState sample_state() {
+    return {.playing = true,
+            .speed = 0.5,
+            .steps_per_second = 59.5,
+            .status = sample_frame()->status,
+            .tets_by_level = sample_frame()->topology->tets_by_level,
+            .gravity = {0, 0, -9.75}};
+}
+
+TEST(Protocol, BytesAreGolden) {
+    const auto frame = sample_frame();
+    expect_golden("model_v1.bin", encode_model(*frame->model, 1));
+    expect_golden("topology_v1.bin", encode_topology(*frame->topology, frame->front_positions.size(), 1));
+    expect_golden("frame_v1.bin", encode_frame(*frame, 1, 42));
+    expect_golden("hello_v1.json", hello_event(sample_scene(), *frame->model, sample_state()));
+    expect_golden("state_v1.json", state_event(sample_state(), 2));
+}
+
+TEST(Protocol, HeaderIsAsDocumented) {
+    const auto frame = sample_frame();
+    const std::string bytes = encode_frame(*frame, 0x1234, 0x89ABCDEF);
+    EXPECT_EQ(bytes.size(), 32U + 24 + 32 + 20 + 28);
+    EXPECT_EQ(at<std::uint8_t>(bytes, 0), 3);
+    EXPECT_EQ(at<std::uint8_t>(bytes, 1), 1);
+    EXPECT_EQ(at<std::uint16_t>(bytes, 2), 0x1234);
+    EXPECT_EQ(at<std::uint32_t>(bytes, 4), 7U);
+    EXPECT_EQ(at<std::uint32_t>(bytes, 8), 0x89ABCDEFU);
+    EXPECT_EQ(at<std::uint32_t>(bytes, 12), 5U);
+    EXPECT_EQ(at<double>(bytes, 16), 1.25);
+    EXPECT_EQ(at<std::uint32_t>(bytes, 24), 3U);
+    EXPECT_EQ(at<std::uint32_t>(bytes, 28), 1U);
+    EXPECT_EQ(static_cast<unsigned char>(bytes[12]), 5) << "little-endian";
+
+    EXPECT_EQ(encode_model(*frame->model, 1).size(), 32U + 24 + 20);
+    EXPECT_EQ(encode_topology(*frame->topology, 3, 1).size(), 32U + 24 + 8 + 4);
+}
+
+TEST(Protocol, PositionsRoundTripWithinHalfAStep) {
+    auto frame = sample_frame();
+    frame->surface.clear();
+    for (int i = 0; i < 1000; ++i) {
+        const float x = static_cast<float>(i);
+        frame->surface.push_back({std::sin(x), 100 * std::cos(7 * x), 1e-3F * std::sin(3 * x)});
+    }
+    const std::string bytes = encode_frame(*frame, 1, 1);
+    for (std::size_t i = 0; i < frame->surface.size(); ++i)
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double low = at<float>(bytes, 32 + 4 * axis), extent = at<float>(bytes, 44 + 4 * axis);
+            const double decoded = low + extent * at<std::uint16_t>(bytes, 56 + 6 * i + 2 * axis) / 65535;
+            EXPECT_NEAR(decoded, static_cast<double>(frame->surface[i][axis]), extent * (0.5 / 65535 + 1e-6));
+        }
+}
+
+TEST(Protocol, PositionsThatAreNotFiniteOrHugeDoNoHarm) {
+    auto frame = sample_frame();
+    constexpr float infinity = std::numeric_limits<float>::infinity(), huge = std::numeric_limits<float>::max();
+    frame->surface[0] = {std::nanf(""), infinity, -infinity};
+    frame->front_positions[0] = {-huge, huge, 5};
+    const std::string bytes = encode_frame(*frame, 1, 1);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        EXPECT_TRUE(std::isfinite(at<float>(bytes, 32 + 4 * axis)));
+        EXPECT_TRUE(std::isfinite(at<float>(bytes, 44 + 4 * axis)));
+    }
+    EXPECT_EQ(at<std::uint16_t>(bytes, 56), 0);
+
+    frame->surface.clear();
+    frame->front_positions.clear();
+    EXPECT_EQ(encode_frame(*frame, 1, 1).size(), 32U + 24 + 28);
+}
+
+TEST(Protocol, HelloHasACameraThatSeesTheWholeBox) {
+    Scene scene = sample_scene();
+    scene.view.fitted = true;
+    for (const int up : {0, 1, 2}) {
+        FrameModel model = *sample_frame()->model;
+        model.up = up;
+        const auto view = nlohmann::json::parse(hello_event(scene, model, sample_state()))["view"];
+        Vec3 eye, target;
+        for (int i = 0; i < 3; ++i) eye[i] = view["eye"][i], target[i] = view["target"][i];
+        EXPECT_EQ(target, Vec3(0.5, 1, 2));
+        EXPECT_GT(eye[up], target[up]) << "from above";
+        for (int corner = 0; corner < 8; ++corner) {
+            const Vec3 c(corner & 1 ? 1 : 0, corner & 2 ? 2 : 0, corner & 4 ? 4 : 0);
+            const double cosine = (c - eye).normalized().dot((target - eye).normalized());
+            EXPECT_GT(cosine, std::cos(scene.view.field_of_view / 2 * std::numbers::pi / 180));
+        }
+    }
+}
+
+TEST(Protocol, EventsAreValidJsonWhateverTheTexts) {
+    Scene scene = sample_scene();
+    scene.title = "\xff\xfe \" \\ \n";
+    SessionState state = sample_state();
+    state.status.estimate = std::numeric_limits<double>::quiet_NaN();
+    state.status.warning = "\xc3";
+    const auto hello = nlohmann::json::parse(hello_event(scene, *sample_frame()->model, state));
+    EXPECT_EQ(hello["type"], "hello");
+    EXPECT_EQ(hello["protocol"], 1);
+    EXPECT_EQ(hello["limits"]["message_bytes"], 65536);
+    EXPECT_TRUE(nlohmann::json::parse(state_event(state, 1))["estimate"].is_null());
+    EXPECT_EQ(nlohmann::json::parse(progress_event("mesh", 7)),
+              nlohmann::json({{"type", "progress"}, {"what", "mesh"}, {"fraction", 1.0}}));
+    EXPECT_EQ(nlohmann::json::parse(ok_reply(9007199254740991)),
+              nlohmann::json({{"type", "ok"}, {"id", 9007199254740991}}));
+    const auto error = nlohmann::json::parse(error_reply(std::nullopt, {"malformed", "/a~1b", "is\xff"}));
+    EXPECT_TRUE(error["id"].is_null());
+    EXPECT_EQ(error["pointer"], "/a~1b");
+}
+
+}  // namespace
+}  // namespace tetfront

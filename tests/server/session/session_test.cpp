@@ -1,0 +1,236 @@
+#include "server/session/session.hpp"
+
+#include "engine/base/error.hpp"
+#include "tests/support/box_scene.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <future>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace tetfront {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A session whose events can be waited for.
+class TestSession {
+ public:
+    explicit TestSession(bool playing, Scene scene = box_scene()) : session(std::move(scene), playing) {
+        session.start({.progress = [this](const std::string& what, double) { note([&] { stages.push_back(what); }); },
+                       .model = [this](auto m) { note([&] { model = m; }); },
+                       .frame =
+                           [this](auto f) {
+                               note([&] {
+                                   frame = f;
+                                   ++frames;
+                               });
+                           },
+                       .state = [this](const SessionState& s) { note([&] { state = s; }); },
+                       .build_failed = [this](std::exception_ptr e) { note([&] { build_error = e; }); }});
+    }
+    ~TestSession() { session.stop(); }
+
+    /// Waits until the condition holds for the events so far; false after 60 s.
+    bool wait(const std::function<bool()>& condition) {
+        std::unique_lock lock(mutex_);
+        return changed_.wait_for(lock, 60s, condition);
+    }
+    std::optional<CommandError> send(Command command, ClientId client = 1) {
+        std::promise<std::optional<CommandError>> answer;
+        session.submit(client, std::move(command), [&](const auto& error) { answer.set_value(error); });
+        return answer.get_future().get();
+    }
+    /// What a reader of the events sees, without waiting.
+    template <class Read>
+    auto look(const Read& read) {
+        const std::lock_guard lock(mutex_);
+        return read();
+    }
+
+    std::vector<std::string> stages;
+    std::shared_ptr<const Model> model;
+    std::shared_ptr<const Frame> frame;
+    SessionState state;
+    int frames = 0;
+    std::exception_ptr build_error;
+
+ private:
+    void note(const std::function<void()>& change) {
+        const std::lock_guard lock(mutex_);
+        change();
+        changed_.notify_all();
+    }
+    std::mutex mutex_;
+    std::condition_variable changed_;
+
+ public:
+    Session session;  // last: its thread ends before the rest goes
+};
+
+command::PullBegin pull_up(std::uint32_t number) { return {number, SurfacePoint{}, Vec3(0, 0, 3)}; }
+
+TEST(Session, PausedShowsTheRestStateAndSteps) {
+    TestSession s(false);
+    ASSERT_TRUE(s.wait([&] { return s.model && s.frame && !s.state.tets_by_level.empty(); }));
+    EXPECT_FALSE(s.look([&] { return s.state.playing; }));
+    EXPECT_EQ(s.look([&] { return s.frame->status.step; }), 0U);
+    EXPECT_FALSE(s.send(command::Step{7}));
+    ASSERT_TRUE(s.wait([&] { return s.state.status.step == 7; }));
+    EXPECT_EQ(s.look([&] { return s.frame->status.step; }), 7U)
+        << "a state never speaks of a moment that no frame showed";
+}
+
+TEST(Session, PausedWithoutCommandsDoesNothing) {
+    TestSession s(false);
+    ASSERT_TRUE(s.wait([&] { return s.frame && !s.state.tets_by_level.empty(); }));
+    const int frames = s.look([&] { return s.frames; });
+    std::this_thread::sleep_for(150ms);
+    EXPECT_EQ(s.look([&] { return s.frames; }), frames);
+}
+
+TEST(Session, PlaysPausesAndResets) {
+    TestSession s(true);
+    ASSERT_TRUE(s.wait([&] { return s.frame && s.frame->status.step > 3; }));
+    EXPECT_FALSE(s.send(command::Pause{}));
+    ASSERT_TRUE(s.wait([&] { return !s.state.playing; }));
+    EXPECT_FALSE(s.send(command::Reset{}));
+    ASSERT_TRUE(s.wait([&] { return s.state.status.step == 0; }));
+    EXPECT_FALSE(s.look([&] { return s.state.playing; }));
+    EXPECT_FALSE(s.send(command::Play{}));
+    EXPECT_FALSE(s.send(command::Reset{}));
+    ASSERT_TRUE(s.wait([&] { return s.state.playing && s.state.status.step > 3; })) << "what plays goes on playing";
+}
+
+TEST(Session, RefusesToStepWhilePlaying) {
+    TestSession s(true);
+    const auto error = s.send(command::Step{1});
+    ASSERT_TRUE(error);
+    EXPECT_EQ(error->code, "failed");
+}
+
+TEST(Session, ReportsTheRateThatItReaches) {
+    TestSession s(true);
+    ASSERT_TRUE(s.wait([&] { return s.state.steps_per_second > 0; }));
+    EXPECT_FALSE(s.send(command::Pause{}));
+    ASSERT_TRUE(s.wait([&] { return !s.state.playing; }));
+    EXPECT_EQ(s.look([&] { return s.state.steps_per_second; }), 0);
+}
+
+TEST(Session, SpeedScalesSimulatedTime) {
+    Scene scene = box_scene();
+    scene.time_step = 1;  // at speed 0.01 the next step is 100 s away
+    TestSession s(true, scene);
+    EXPECT_FALSE(s.send(command::Speed{0.01}));
+    ASSERT_TRUE(s.wait([&] { return s.state.speed == 0.01 && s.state.status.step >= 1; }));
+    const auto step = s.look([&] { return s.state.status.step; });
+    EXPECT_FALSE(s.send(command::Tolerance{0.5}));
+    EXPECT_LE(s.look([&] { return s.state.status.step; }), step + 1);
+    EXPECT_FALSE(s.send(command::Speed{10}));
+    ASSERT_TRUE(s.wait([&] { return s.state.status.step > step + 3; }));
+}
+
+TEST(Session, SettingsReachTheSimulationAndSurviveAReset) {
+    TestSession s(false);
+    EXPECT_FALSE(s.send(command::Gravity{{0, 1, 0}}));
+    EXPECT_FALSE(s.send(command::Tolerance{0.125}));
+    EXPECT_FALSE(s.send(command::Reset{}));
+    EXPECT_FALSE(s.send(command::Step{10}));
+    ASSERT_TRUE(s.wait([&] { return s.state.status.step == 10; }));
+    EXPECT_EQ(s.state.gravity, Vec3(0, 1, 0));
+    EXPECT_EQ(s.state.status.tolerance, 0.125);
+    float most = 0;
+    for (const auto& p : s.frame->surface) most = std::max(most, p[1]);
+    EXPECT_GT(most, 1.001F) << "the beam falls sideways";
+}
+
+TEST(Session, PullsBelongToTheirClientAndEndWithIt) {
+    TestSession s(false);
+    EXPECT_FALSE(s.send(pull_up(1), 1));
+    EXPECT_FALSE(s.send(pull_up(1), 2));
+    ASSERT_TRUE(s.wait([&] { return s.frame && s.frame->pulls.size() == 2; }));
+    EXPECT_FALSE(s.send(command::PullMove{1, Vec3(0, 0, 5)}, 2));
+    ASSERT_TRUE(s.wait([&] {
+        const auto& pulls = s.frame->pulls;
+        return pulls.size() == 2 && pulls[0].to[2] != pulls[1].to[2];
+    }));
+    EXPECT_FALSE(s.send(command::PullEnd{1}, 3)) << "of a client that has none: nothing";
+    s.session.disconnect(1);
+    ASSERT_TRUE(s.wait([&] { return s.frame->pulls.size() == 1; }));
+    EXPECT_EQ(s.look([&] { return s.frame->pulls[0].to[2]; }), 5);
+    EXPECT_FALSE(s.send(command::PullEnd{1}, 2));
+    ASSERT_TRUE(s.wait([&] { return s.frame->pulls.empty(); }));
+}
+
+TEST(Session, RefusesTrianglesThatAreNotThereAndTooManyPulls) {
+    TestSession s(false);
+    auto pull = pull_up(1);
+    pull.point.triangle = 1'000'000;
+    auto error = s.send(pull);
+    ASSERT_TRUE(error);
+    const auto last = std::to_string(s.look([&] { return s.model->frame_model->triangles.size(); }) - 1);
+    EXPECT_EQ(*error, (CommandError{"out_of_range", "/triangle", "is 1000000; use 0.." + last}));
+    for (std::uint32_t i = 0; i < Session::max_client_pulls; ++i) EXPECT_FALSE(s.send(pull_up(i)));
+    EXPECT_FALSE(s.send(pull_up(0))) << "grabbing anew is not one more";
+    error = s.send(pull_up(99));
+    ASSERT_TRUE(error);
+    EXPECT_EQ(error->code, "too_many");
+    EXPECT_FALSE(s.send(pull_up(99), 2)) << "another client";
+}
+
+TEST(Session, AFailedBuildIsAnEvent) {
+    Scene scene = box_scene();
+    scene.mesh = SurfaceMeshSpec{"/nowhere/model.obj", 1, 100};
+    TestSession s(true, scene);
+    ASSERT_TRUE(s.wait([&] { return s.build_error != nullptr; }));
+    EXPECT_THROW(std::rethrow_exception(s.build_error), InputError);
+    const auto error = s.send(command::Play{});
+    ASSERT_TRUE(error);
+    EXPECT_EQ(error->code, "failed");
+    EXPECT_FALSE(s.frame);
+}
+
+TEST(Session, EveryCommandIsAnsweredOnceFromManyThreadsAndAcrossAStop) {
+    std::atomic<int> answers = 0;
+    constexpr int threads = 4, each = 2000;
+    {
+        TestSession s(true);
+        std::vector<std::thread> senders;
+        for (int t = 0; t < threads; ++t)
+            senders.emplace_back([&, t] {
+                for (int i = 0; i < each; ++i) {
+                    const auto client = static_cast<ClientId>(t + 1);
+                    const Command command = i % 2 ? Command(command::PullMove{1, Vec3(0, 0, 1)}) : Command(pull_up(1));
+                    s.session.submit(client, command, [&](const auto&) { ++answers; });
+                    if (i % 500 == 499) s.session.disconnect(client);
+                }
+            });
+        ASSERT_TRUE(s.wait([&] { return s.frame != nullptr; }));
+        s.session.stop();
+        for (auto& sender : senders) sender.join();
+    }
+    EXPECT_EQ(answers, threads * each);
+}
+
+TEST(Session, StopsWhileItBuilds) {
+    Scene scene = box_scene();
+    scene.mesh = BoxMeshSpec{{0, 0, 0}, {4, 1, 1}, {16, 4, 4}};
+    scene.levels = 3;
+    Session session(scene, true);
+    std::promise<void> begun;
+    std::atomic<bool> first = true;
+    session.start({.progress = [&](const std::string&, double) {
+        if (first.exchange(false)) begun.set_value();
+    }});
+    begun.get_future().wait();
+    session.stop();  // returns: that is the test
+}
+
+}  // namespace
+}  // namespace tetfront

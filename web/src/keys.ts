@@ -1,0 +1,70 @@
+// The keyboard: one table makes both the behaviour and the help sheet.
+
+import type { Actions } from "./actions";
+
+export interface Binding {
+  keys: readonly string[]; // KeyboardEvent.key, lower case; "shift+" in front where Shift matters
+  label: string; // on the help sheet
+  what: string;
+  run: () => void;
+}
+
+export function bindings(actions: Actions, help: () => void): Binding[] {
+  return [
+    { keys: [" "], label: "Space", what: "Play or pause", run: actions.togglePlay },
+    { keys: ["arrowright"], label: "→", what: "One step (pauses)", run: actions.step },
+    { keys: ["r"], label: "R", what: "Reset to the rest shape", run: actions.reset },
+    { keys: ["+", "="], label: "+", what: "Faster", run: () => actions.faster(1) },
+    { keys: ["-"], label: "−", what: "Slower", run: () => actions.faster(-1) },
+    { keys: ["c"], label: "C", what: "Next colouring", run: actions.nextColouring },
+    { keys: ["w"], label: "W", what: "Wireframe of the front", run: actions.toggleWireframe },
+    { keys: ["f"], label: "F", what: "Whole object in view", run: actions.home },
+    { keys: ["t"], label: "T", what: "Light or dark", run: actions.toggleTheme },
+    { keys: ["shift+arrowleft"], label: "Shift ←", what: "Orbit left", run: () => actions.orbit(-1, 0) },
+    { keys: ["shift+arrowright"], label: "Shift →", what: "Orbit right", run: () => actions.orbit(1, 0) },
+    { keys: ["shift+arrowup"], label: "Shift ↑", what: "Orbit up", run: () => actions.orbit(0, -1) },
+    { keys: ["shift+arrowdown"], label: "Shift ↓", what: "Orbit down", run: () => actions.orbit(0, 1) },
+    { keys: ["pageup"], label: "Page up", what: "Nearer", run: () => actions.zoom(1 / 1.15) },
+    { keys: ["pagedown"], label: "Page down", what: "Farther", run: () => actions.zoom(1.15) },
+    { keys: ["?", "h"], label: "?", what: "This sheet", run: help },
+  ];
+}
+
+/** The hands' part of the help sheet. */
+export const GESTURES = [
+  ["Drag the object", "Pull it"],
+  ["Drag beside it, or right drag", "Orbit"],
+  ["Wheel, or two fingers", "Zoom"],
+  ["Middle drag, or two fingers", "Move the view"],
+  ["Double-click", "Look at that point; beside the object: the whole"],
+] as const;
+
+export function findBinding(
+  table: readonly Binding[],
+  event: Pick<KeyboardEvent, "key" | "shiftKey" | "ctrlKey" | "metaKey" | "altKey">,
+): Binding | undefined {
+  if (event.ctrlKey || event.metaKey || event.altKey) return undefined;
+  const key = event.key.toLowerCase();
+  // Shift is part of typing "?" or "+", but means something else with an arrow.
+  const name = event.shiftKey && key.startsWith("arrow") ? `shift+${key}` : key;
+  return table.find((binding) => binding.keys.includes(name));
+}
+
+/** Keys typed into a field, or that press the focused button, are not shortcuts. */
+export function isTyping(target: EventTarget | null, key: string): boolean {
+  if (!(target instanceof HTMLElement)) return false;
+  if (target.closest("dialog")) return true;
+  if (target instanceof HTMLInputElement) return target.type !== "radio" && target.type !== "checkbox" ? true : key === " " || key.startsWith("Arrow");
+  if (target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement) return true;
+  return (target instanceof HTMLButtonElement || target instanceof HTMLAnchorElement) && (key === " " || key === "Enter");
+}
+
+export function listen(table: readonly Binding[]): void {
+  document.addEventListener("keydown", (event) => {
+    if (isTyping(event.target, event.key)) return;
+    const binding = findBinding(table, event);
+    if (!binding || (event.repeat && [" ", "r", "c", "w", "t", "?", "h"].includes(event.key.toLowerCase()))) return;
+    event.preventDefault();
+    binding.run();
+  });
+}

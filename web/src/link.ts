@@ -1,0 +1,152 @@
+// The socket's life: connect, hand messages on, come back by itself. Runs in the worker (worker.ts); knows no DOM, so
+// tests drive it with a false WebSocket and a false clock.
+//
+// A slow page must not pile frames up: the link keeps ONE newest frame and hands it on when the page asks for it with
+// `ready()`. Everything else is handed on at once and in order. A frame is dropped when a topology of another epoch or a
+// model of another generation has passed since.
+
+import { decodeBinary, encodeCommand, parseText, ProtocolError, SUBPROTOCOL } from "./protocol";
+import type { BinaryMessage, Command, Frame, TextMessage } from "./protocol";
+
+/** What the page is told about the connection. */
+export type LinkState =
+  | { status: "connecting" }
+  | { status: "open" }
+  | { status: "waiting"; until: number /* Date.now() of the next attempt */; attempt: number }
+  | { status: "incompatible"; reason: string };
+
+export type LinkEvent =
+  | { kind: "link"; link: LinkState }
+  | { kind: "text"; message: TextMessage }
+  | { kind: "binary"; message: BinaryMessage; dropped: number /* frames skipped since the last one */ };
+
+export interface LinkOptions {
+  url: string;
+  emit: (event: LinkEvent) => void;
+  open?: (url: string, protocol: string) => WebSocket;
+}
+
+const CONNECT_TIMEOUT = 8000; // [ms]
+
+/** [ms] before attempt 1, 2, ...: short at first, as a restarted server is back within a second; never above 10 s. */
+export const backoff = (attempt: number): number => Math.min(10_000, 500 * 2 ** (attempt - 1));
+
+export class Link {
+  private socket: WebSocket | null = null;
+  private attempt = 0;
+  private timer: ReturnType<typeof setTimeout> | undefined;
+  private generation = -1;
+  private epoch = -1;
+  private frame: Frame | null = null;
+  private wanted = true; // the page has shown the last frame that it got
+  private dropped = 0;
+
+  constructor(private readonly options: LinkOptions) {}
+
+  /** Connects now, also when it waits for the next attempt. */
+  connect(): void {
+    if (this.socket) return;
+    clearTimeout(this.timer);
+    this.options.emit({ kind: "link", link: { status: "connecting" } });
+    const open = this.options.open ?? ((url: string, protocol: string) => new WebSocket(url, protocol));
+    const socket = open(this.options.url, SUBPROTOCOL);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    this.generation = this.epoch = -1;
+    this.frame = null;
+    this.wanted = true;
+    this.timer = setTimeout(() => socket.close(), CONNECT_TIMEOUT);
+    socket.onopen = () => {
+      clearTimeout(this.timer);
+      this.options.emit({ kind: "link", link: { status: "open" } });
+    };
+    socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => this.receive(event.data);
+    socket.onclose = () => {
+      if (this.socket === socket) this.lost();
+    };
+  }
+
+  /** False when there is no connection: the command is not kept for later, it would act on a state nobody has seen. */
+  send(id: number, command: Command): boolean {
+    if (this.socket?.readyState !== 1) return false;
+    this.socket.send(encodeCommand(id, command));
+    return true;
+  }
+
+  /** The page has taken the last frame. */
+  ready(): void {
+    this.wanted = true;
+    this.passFrame();
+  }
+
+  private receive(data: string | ArrayBuffer): void {
+    try {
+      if (typeof data === "string") this.receiveText(data);
+      else this.receiveBinary(decodeBinary(data));
+    } catch (error) {
+      if (!(error instanceof ProtocolError)) throw error;
+      this.giveUp(error.message);
+    }
+  }
+
+  private receiveText(text: string): void {
+    const message = parseText(text);
+    if (!message) return;
+    if (message.type === "hello") this.attempt = 0;
+    this.options.emit({ kind: "text", message });
+  }
+
+  private receiveBinary(message: BinaryMessage): void {
+    if (message.kind === "frame") {
+      if (message.generation !== this.generation || message.epoch !== this.epoch) return;
+      if (this.frame) ++this.dropped;
+      this.frame = message;
+      this.passFrame();
+      return;
+    }
+    if (message.kind === "topology" && message.generation !== this.generation) return;
+    if (message.kind === "model") {
+      this.generation = message.generation;
+      this.epoch = -1;
+    } else {
+      this.epoch = message.epoch;
+    }
+    if (this.frame) ++this.dropped;
+    this.frame = null;
+    this.options.emit({ kind: "binary", message, dropped: 0 });
+  }
+
+  private passFrame(): void {
+    if (!this.frame || !this.wanted) return;
+    const { frame, dropped } = this;
+    this.frame = null;
+    this.wanted = false;
+    this.dropped = 0;
+    this.options.emit({ kind: "binary", message: frame, dropped });
+  }
+
+  private lost(): void {
+    this.socket = null;
+    clearTimeout(this.timer);
+    const wait = backoff(++this.attempt);
+    this.options.emit({ kind: "link", link: { status: "waiting", until: Date.now() + wait, attempt: this.attempt } });
+    this.timer = setTimeout(() => this.connect(), wait);
+  }
+
+  /** A server that breaks the protocol will do so again: no further attempt without the user. */
+  private giveUp(reason: string): void {
+    const socket = this.socket;
+    this.socket = null;
+    clearTimeout(this.timer);
+    socket?.close();
+    this.options.emit({ kind: "link", link: { status: "incompatible", reason } });
+  }
+}
+
+/** The buffer to transfer with an event, so that nothing is copied between the threads. */
+export const transferOf = (event: LinkEvent): ArrayBuffer[] => {
+  if (event.kind !== "binary") return [];
+  const { message } = event;
+  const array = message.kind === "model" ? message.young : message.kind === "topology" ? message.edges : message.surface;
+  return [array.buffer as ArrayBuffer];
+};

@@ -1,0 +1,95 @@
+// What is going on when the picture is not live: connecting, reconnecting with a countdown, a model being built,
+// trouble in the simulation. And the small pill beside the title that says the same in one word.
+
+import type { LinkState } from "../link";
+import type { State, Store } from "../store";
+import { h } from "./dom";
+
+export interface BannerActions {
+  retry: () => void;
+  reload: () => void;
+}
+
+export function banner(store: Store, actions: BannerActions): HTMLElement {
+  const element = h("div", { className: "banners", attributes: { role: "status", "aria-live": "polite" } });
+  const link = h("div");
+  const progress = h("div");
+  const trouble = h("div");
+  element.append(link, progress, trouble);
+  let timer: ReturnType<typeof setInterval> | undefined;
+
+  store.watch((s) => s.link, (state) => {
+    clearInterval(timer);
+    link.replaceChildren(...linkBanner(state, actions));
+    const seconds = link.querySelector(".countdown");
+    if (state.status === "waiting" && seconds) {
+      const count = () => (seconds.textContent = String(Math.max(0, Math.ceil((state.until - Date.now()) / 1000))));
+      count();
+      timer = setInterval(count, 200);
+    }
+  });
+  store.watch((s) => s.progress, (now) => {
+    if (!now) progress.replaceChildren();
+    else {
+      const bar = h("progress", { max: 1, value: now.fraction, attributes: { "aria-label": now.what } });
+      const text = `Building the model: ${now.what} (${Math.round(100 * now.fraction)} %)`;
+      progress.replaceChildren(h("div", { className: "card banner" }, h("span", {}, text), bar));
+    }
+  });
+  store.watch(troubleOf, (text) =>
+    trouble.replaceChildren(...(text ? [h("div", { className: "card banner warning" }, h("span", {}, text))] : [])),
+  );
+  return element;
+}
+
+/** One line, or "" when all is well. */
+export function troubleOf({ simulation }: Readonly<State>): string {
+  if (!simulation) return "";
+  if (simulation.warning) return simulation.warning;
+  return simulation.converged ? "" : "The solver stopped before it reached its tolerance: the motion is less accurate than it should be.";
+}
+
+function linkBanner(state: LinkState, { retry, reload }: BannerActions): HTMLElement[] {
+  switch (state.status) {
+    case "open":
+      return [];
+    case "connecting":
+      return [h("div", { className: "card banner" }, h("span", { className: "spinner" }), h("span", {}, "Connecting to the server …"))];
+    case "waiting":
+      return [
+        h(
+          "div",
+          { className: "card banner warning" },
+          h("span", {}, "No connection to the server. Trying again in ", h("b", { className: "countdown" }), " s"),
+          h("button", { type: "button", onclick: retry }, "Try now"),
+        ),
+      ];
+    case "incompatible":
+      return [
+        h(
+          "div",
+          { className: "card banner error" },
+          h("span", {}, `Server and page do not understand each other: ${state.reason}`),
+          h("button", { type: "button", onclick: reload }, "Reload"),
+        ),
+      ];
+  }
+}
+
+export function pill(store: Store): HTMLElement {
+  const element = h("span", { className: "pill" });
+  const show = () => {
+    const { link, simulation, hello, progress } = store.get();
+    const playing = simulation?.playing ?? hello?.playing;
+    const [kind, text] =
+      link.status !== "open" ? (["off", "offline"] as const)
+      : progress || !hello ? (["busy", "building"] as const)
+      : playing ? (["live", "live"] as const)
+      : (["paused", "paused"] as const);
+    const viewers = simulation && simulation.viewers > 1 ? ` · ${simulation.viewers} viewers` : "";
+    element.dataset["kind"] = kind;
+    element.textContent = text + viewers;
+  };
+  store.watch((s) => s, show);
+  return element;
+}

@@ -1,0 +1,118 @@
+// The camera and how one moves it: three's OrbitControls around any up axis, plus keys, focus and home.
+
+import * as THREE from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+
+import type { Vec3 } from "../protocol";
+
+export interface Home {
+  eye: Vec3; // [m]
+  target: Vec3; // [m]
+  fieldOfView: number; // [degrees] vertical, at the narrower side
+  up: 0 | 1 | 2;
+  radius: number; // [m] of the object
+}
+
+const GLIDE = 280; // [ms]
+
+export class CameraRig {
+  readonly camera = new THREE.PerspectiveCamera();
+  private controls: OrbitControls | null = null;
+  private home: Home | null = null;
+  private glide: { start: number; eye: [THREE.Vector3, THREE.Vector3]; target: [THREE.Vector3, THREE.Vector3] } | null =
+    null;
+
+  constructor(
+    private readonly element: HTMLElement,
+    private readonly changed: () => void,
+  ) {}
+
+  setHome(home: Home): void {
+    this.home = home;
+    this.controls?.dispose();
+    this.camera.up.set(0, 0, 0).setComponent(home.up, 1);
+    this.camera.position.fromArray(home.eye);
+    // OrbitControls reads camera.up once: new controls for a new scene.
+    const controls = new OrbitControls(this.camera, this.element);
+    controls.target.fromArray(home.target);
+    controls.mouseButtons = { LEFT: THREE.MOUSE.ROTATE, MIDDLE: THREE.MOUSE.PAN, RIGHT: THREE.MOUSE.ROTATE };
+    controls.touches = { ONE: THREE.TOUCH.ROTATE, TWO: THREE.TOUCH.DOLLY_PAN };
+    controls.zoomToCursor = true;
+    controls.minDistance = 0.05 * home.radius;
+    controls.maxDistance = 40 * home.radius;
+    controls.addEventListener("change", this.changed);
+    controls.addEventListener("start", () => (this.glide = null));
+    this.camera.near = 0.02 * home.radius;
+    this.camera.far = 80 * home.radius;
+    this.controls = controls;
+    controls.update();
+    this.resize(this.camera.aspect);
+  }
+
+  /** A narrow window keeps the whole object: the field of view holds for the narrower side. */
+  resize(aspect: number): void {
+    const half = Math.tan(THREE.MathUtils.degToRad((this.home?.fieldOfView ?? 35) / 2));
+    this.camera.aspect = aspect;
+    this.camera.fov = THREE.MathUtils.radToDeg(2 * Math.atan(half / Math.min(1, aspect)));
+    this.camera.updateProjectionMatrix();
+    this.changed();
+  }
+
+  /** Looks at a point from half as far. */
+  focus(point: Vec3): void {
+    if (!this.controls) return;
+    const target = new THREE.Vector3().fromArray(point);
+    const eye = this.camera.position.clone().sub(this.controls.target).multiplyScalar(0.6).add(target);
+    this.glideTo(eye, target);
+  }
+
+  goHome(): void {
+    if (this.home)
+      this.glideTo(new THREE.Vector3().fromArray(this.home.eye), new THREE.Vector3().fromArray(this.home.target));
+  }
+
+  /** Angles in radians; zoom is a factor on the distance. */
+  nudge(azimuth: number, polar: number, zoom = 1): void {
+    if (!this.controls) return;
+    this.glide = null;
+    const toYUp = new THREE.Quaternion().setFromUnitVectors(this.camera.up, new THREE.Vector3(0, 1, 0));
+    const offset = this.camera.position.clone().sub(this.controls.target).applyQuaternion(toYUp);
+    const at = new THREE.Spherical().setFromVector3(offset);
+    at.theta += azimuth;
+    at.phi = THREE.MathUtils.clamp(at.phi + polar, 0.01, Math.PI - 0.01);
+    at.radius *= zoom;
+    offset.setFromSpherical(at).applyQuaternion(toYUp.invert());
+    this.camera.position.copy(this.controls.target).add(offset);
+    this.controls.update();
+    this.changed();
+  }
+
+  /** Advances a glide; `now` [ms]. */
+  tick(now: number): void {
+    if (!this.glide || !this.controls) return;
+    const t = Math.min(1, (now - this.glide.start) / GLIDE);
+    const ease = t * t * (3 - 2 * t);
+    this.camera.position.lerpVectors(...this.glide.eye, ease);
+    this.controls.target.lerpVectors(...this.glide.target, ease);
+    if (t === 1) this.glide = null;
+    this.controls.update();
+    this.changed();
+  }
+
+  /** [m] in the world that one CSS pixel covers at this point. */
+  metresPerPixel(point: THREE.Vector3, height: number): number {
+    const depth = point.clone().sub(this.camera.position).dot(this.camera.getWorldDirection(new THREE.Vector3()));
+    return (2 * Math.max(depth, this.camera.near) * Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2))) / height;
+  }
+
+  private glideTo(eye: THREE.Vector3, target: THREE.Vector3): void {
+    if (!this.controls) return;
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.glide = {
+      start: performance.now() - (still ? GLIDE : 0),
+      eye: [this.camera.position.clone(), eye],
+      target: [this.controls.target.clone(), target],
+    };
+    this.changed();
+  }
+}

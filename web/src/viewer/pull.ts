@@ -1,0 +1,131 @@
+// The hand: a left drag (or a finger) that starts on the object grabs that point of its surface and pulls it in the plane
+// that faces the camera. A drag that starts elsewhere is left to the camera. Nothing is sent before the pointer has moved,
+// so a click or a double-click does not disturb the object.
+
+import * as THREE from "three";
+
+import type { Command, Vec3 } from "../protocol";
+import type { Hit } from "./pick";
+
+export interface Grip {
+  pull: number;
+  triangle: number;
+  barycentric: Vec3;
+  target: Vec3; // [m] the hand
+  begun: boolean; // the server knows of it
+}
+
+export interface PullEvents {
+  /** The surface point under a ray, or null. */
+  pick: (ray: THREE.Ray) => Hit | null;
+  send: (command: Command) => void;
+  /** False: nothing can be pulled now. */
+  enabled: () => boolean;
+  changed: () => void;
+  focus: (point: Vec3 | null) => void;
+}
+
+const SLACK = 3; // [px] a click may wander this far
+
+export class PullHand {
+  grip: Grip | null = null;
+  private pointer = -1;
+  private start: [number, number] = [0, 0];
+  private plane = new THREE.Plane();
+  private sent: Vec3 | null = null;
+  private hover: PointerEvent | null = null;
+  private next = 0;
+
+  constructor(
+    private readonly element: HTMLElement,
+    private readonly camera: THREE.Camera,
+    private readonly events: PullEvents,
+  ) {
+    // On the parent and while capturing: before the camera's own listeners see the event.
+    const parent = element.parentElement ?? element;
+    parent.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
+    element.addEventListener("pointermove", (event) => this.move(event));
+    element.addEventListener("pointerup", (event) => this.up(event));
+    element.addEventListener("pointercancel", (event) => this.up(event));
+    element.addEventListener("lostpointercapture", (event) => this.up(event));
+    element.addEventListener("dblclick", (event) => this.events.focus(this.events.pick(this.ray(event))?.point ?? null));
+    element.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  /** Once per redraw: at most one pull_move, one look under the pointer. */
+  tick(): void {
+    const { grip, hover } = this;
+    if (grip?.begun && this.sent !== grip.target) {
+      this.sent = grip.target;
+      this.events.send({ command: "pull_move", pull: grip.pull, target: grip.target });
+    }
+    if (hover && !grip) {
+      this.hover = null;
+      const over = this.events.enabled() && this.events.pick(this.ray(hover)) !== null;
+      this.element.classList.toggle("over-object", over);
+    }
+  }
+
+  /** Lets go without telling the server, which has ended the pull itself or is not there. */
+  drop(): void {
+    this.grip = null;
+    this.pointer = -1;
+    this.element.classList.remove("pulling");
+    this.events.changed();
+  }
+
+  private down(event: PointerEvent): void {
+    const plain = event.button === 0 && !event.shiftKey && !event.ctrlKey && !event.metaKey;
+    if (event.target !== this.element || !plain || this.grip || !this.events.enabled()) return;
+    const hit = this.events.pick(this.ray(event));
+    if (!hit) return;
+    event.stopPropagation();
+    this.element.setPointerCapture(event.pointerId);
+    this.element.classList.add("pulling");
+    this.pointer = event.pointerId;
+    this.start = [event.clientX, event.clientY];
+    const normal = this.camera.getWorldDirection(new THREE.Vector3());
+    this.plane.setFromNormalAndCoplanarPoint(normal, new THREE.Vector3(...hit.point));
+    this.grip = { pull: this.next++, triangle: hit.triangle, barycentric: hit.barycentric, target: hit.point, begun: false };
+    this.events.changed();
+  }
+
+  private move(event: PointerEvent): void {
+    const grip = this.grip;
+    if (!grip) {
+      if (event.buttons === 0 && event.pointerType === "mouse") this.hover = event;
+      return;
+    }
+    if (event.pointerId !== this.pointer) return;
+    if (!grip.begun && Math.hypot(event.clientX - this.start[0], event.clientY - this.start[1]) < SLACK) return;
+    const target = this.ray(event).intersectPlane(this.plane, new THREE.Vector3());
+    if (!target) return;
+    grip.target = [target.x, target.y, target.z];
+    if (!grip.begun) {
+      grip.begun = true;
+      this.sent = grip.target;
+      const { pull, triangle, barycentric } = grip;
+      this.events.send({ command: "pull_begin", pull, triangle, barycentric, target: grip.target });
+    }
+    this.events.changed();
+  }
+
+  private up(event: PointerEvent): void {
+    if (!this.grip || event.pointerId !== this.pointer) return;
+    const { begun, pull } = this.grip;
+    this.drop();
+    if (begun) this.events.send({ command: "pull_end", pull });
+  }
+
+  private ray(event: MouseEvent): THREE.Ray {
+    const box = this.element.getBoundingClientRect();
+    const point = new THREE.Vector2(
+      (2 * (event.clientX - box.left)) / box.width - 1,
+      1 - (2 * (event.clientY - box.top)) / box.height,
+    );
+    const caster = new THREE.Raycaster();
+    this.camera.updateMatrixWorld();
+    caster.setFromCamera(point, this.camera);
+    return caster.ray;
+  }
+}

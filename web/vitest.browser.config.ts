@@ -1,0 +1,19 @@
+import { fileURLToPath } from "node:url";
+import { defineConfig } from "vitest/config";
+
+const path = (relative: string) => fileURLToPath(new URL(relative, import.meta.url));
+const packages = ["playwright-core", "pngjs", "axe-core", "ws"];
+
+// Stories in a real Chromium: one file per story, one at a time (the software rasteriser uses every core).
+export default defineConfig({
+  root: path(".."),
+  server: { fs: { allow: [path("..")] } },
+  resolve: { alias: Object.fromEntries(packages.map((name) => [name, path(`node_modules/${name}`)])) },
+  test: {
+    include: ["tests/browser/**/*.story.ts"],
+    environment: "node",
+    fileParallelism: false,
+    testTimeout: 120_000,
+    hookTimeout: 120_000,
+  },
+});
