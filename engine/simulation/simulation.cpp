@@ -47,14 +47,14 @@ struct Simulation::Impl {
         Vec3 target;
     };
 
-    explicit Impl(std::shared_ptr<const Model> m)
+    Impl(std::shared_ptr<const Model> m, const FrontSpec& spec)
         : model(std::move(m)),
-          front(model->tree, model->scene.front.order, model->scene.front.min_level, model->scene.front.max_level),
+          front(model->tree, spec.order, spec.min_level, spec.max_level),
           adaptivity(model->matrices, model->unresolved),
           frames(model->frame_model, model->surface) {
         const Scene& scene = model->scene;
         gravity = scene.gravity;
-        adapt_settings.tolerance = scene.front.tolerance;
+        adapt_settings.tolerance = spec.tolerance;
         for (TetId t : model->tree.level(0)) adapt_settings.energy_floor += 1e-8 * model->tree.volume(t) * model->matrices.elasticity[t](0, 0);
         settings.time_step = scene.time_step;
         settings.midpoint = scene.solver.scheme == Scheme::midpoint;
@@ -309,7 +309,12 @@ struct Simulation::Impl {
     std::chrono::steady_clock::time_point phase_start;
 };
 
-Simulation::Simulation(std::shared_ptr<const Model> model) : impl_(std::make_unique<Impl>(std::move(model))) {}
+Simulation::Simulation(std::shared_ptr<const Model> model, const FrontSpec& front)
+    : impl_(std::make_unique<Impl>(std::move(model), front)) {}
+Simulation::Simulation(std::shared_ptr<const Model> model) {
+    const FrontSpec front = model->scene.front;
+    impl_ = std::make_unique<Impl>(std::move(model), front);
+}
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;

@@ -23,18 +23,35 @@ const toasts = new Toasts();
 document.body.append(toasts.element);
 followTheme(store);
 
-const canvas = byId<HTMLCanvasElement>("view");
-try {
-  start(new Viewer(canvas, byId("labels"), store, (command) => send(command)));
-} catch (error) {
-  const detail = error instanceof Error ? error.message : String(error);
-  byId("fatal").hidden = false;
-  byId("fatal-detail").textContent = detail;
-}
+const NAMES: Record<Command["command"], string> = {
+  play: "Play",
+  pause: "Pause",
+  reset: "Reset",
+  step: "Step",
+  speed: "Speed",
+  pull_begin: "Pull",
+  pull_move: "Pull",
+  pull_end: "Pull",
+  gravity: "Gravity",
+  tolerance: "Tolerance",
+};
 
+const canvas = byId<HTMLCanvasElement>("view");
 let connection: Connection | undefined;
-function send(command: Command): void {
-  connection?.send(command);
+const send = (command: Command): void => connection?.send(command);
+
+const viewer = tryViewer();
+if (viewer) start(viewer);
+
+/** Null, and a message in the middle of the page, when the browser has no WebGL 2. */
+function tryViewer(): Viewer | null {
+  try {
+    return new Viewer(canvas, byId("labels"), store, send);
+  } catch (error) {
+    byId("fatal").hidden = false;
+    byId("fatal-detail").textContent = error instanceof Error ? error.message : String(error);
+    return null;
+  }
 }
 
 function start(viewer: Viewer): void {
@@ -90,7 +107,7 @@ function start(viewer: Viewer): void {
   document.body.append(help.element);
   // A button that was clicked would take the next Space for itself.
   byId("chrome").addEventListener("click", (event) => {
-    if (event.detail > 0 && (event.target as Element).closest("button")) canvas.focus({ preventScroll: true });
+    if (event.detail > 0) (event.target as Element).closest("button")?.blur();
   });
 
   const address = new URL("ws", document.baseURI);
@@ -107,16 +124,3 @@ function start(viewer: Viewer): void {
     },
   });
 }
-
-const NAMES: Record<Command["command"], string> = {
-  play: "Play",
-  pause: "Pause",
-  reset: "Reset",
-  step: "Step",
-  speed: "Speed",
-  pull_begin: "Pull",
-  pull_move: "Pull",
-  pull_end: "Pull",
-  gravity: "Gravity",
-  tolerance: "Tolerance",
-};

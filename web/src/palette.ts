@@ -4,10 +4,18 @@
 export type Rgb = readonly [number, number, number];
 
 /** Level of refinement, 0 = coarsest. Levels beyond the last colour repeat it. */
-const LEVELS: readonly string[] = ["#3b6fb6", "#2fa39b", "#e0b13c", "#d9642f", "#b0335f", "#6d3b8e", "#3d3d4f"];
+const LEVELS: readonly string[] = ["#422f87", "#1777b8", "#1bb2ab", "#72d577", "#d8df44", "#fce67a", "#fff6d0"];
 
-/** Young's modulus on a logarithmic scale, soft to stiff: viridis, which is perceptually uniform and safe for the colour-blind. */
-const STIFFNESS: readonly string[] = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"];
+/** Young's modulus, soft to stiff: perceptually uniform, light to dark. */
+const STIFFNESS: readonly string[] = [
+  ...["#f9ea92", "#fadd6d", "#fbc952", "#f8ad32", "#f18a19"],
+  ...["#e66003", "#cc361e", "#a51e21", "#75151e"],
+];
+
+/** A pull's rubber band. */
+export const PULL = "#c2186b";
+
+type Range = readonly [number, number]; // [Pa]
 
 const rgb = (hex: string): Rgb => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255) as unknown as Rgb;
 const levels = LEVELS.map(rgb);
@@ -24,9 +32,21 @@ export function mapColour(t: number): Rgb {
   return [a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1]), a[2] + f * (b[2] - a[2])];
 }
 
-/** Where a modulus lies in the legend's range, logarithmically, 0..1; the middle when the range has no width. */
-export function stiffnessPosition(young: number, [low, high]: readonly [number, number]): number {
-  return high > low ? Math.min(1, Math.max(0, Math.log(young / low) / Math.log(high / low))) : 0.5;
+/** Over more than a decade, moduli are told apart on a logarithmic scale only. */
+export const isLogarithmic = ([low, high]: Range): boolean => low > 0 && high > 10 * low;
+
+/** Where a modulus lies in the legend's range, 0..1; the middle when the range has no width. */
+export function stiffnessPosition(young: number, range: Range): number {
+  const [low, high] = range;
+  if (!(high > low)) return 0.5;
+  const t = isLogarithmic(range) ? Math.log(young / low) / Math.log(high / low) : (young - low) / (high - low);
+  return Math.min(1, Math.max(0, t));
+}
+
+/** The modulus at a position of the legend: the inverse. */
+export function stiffnessAt(t: number, range: Range): number {
+  const [low, high] = range;
+  return isLogarithmic(range) ? low * (high / low) ** t : low + t * (high - low);
 }
 
 export const css = ([r, g, b]: Rgb): string =>

@@ -1,7 +1,7 @@
 // Small helpers to build elements. Styles set here go through the CSSOM, which a strict style-src allows.
 
 type Child = Node | string | null;
-type Props<T extends keyof HTMLElementTagNameMap> = Partial<Omit<HTMLElementTagNameMap[T], "style">> & {
+type Props<T extends keyof HTMLElementTagNameMap> = Partial<Omit<HTMLElementTagNameMap[T], "style" | "attributes">> & {
   attributes?: Record<string, string>;
 };
 

@@ -1,7 +1,7 @@
-// What the colours mean: levels as swatches, Young's modulus as a bar on a logarithmic scale with its ends and middle.
+// What the colours mean: levels as swatches, Young's modulus as a bar with its ends and middle.
 
 import { quantity } from "../format";
-import { css, levelColour, mapColour, stiffnessPosition } from "../palette";
+import { css, isLogarithmic, levelColour, mapColour, stiffnessAt, stiffnessPosition } from "../palette";
 import type { Hello } from "../protocol";
 import type { Store } from "../store";
 import { h } from "./dom";
@@ -40,11 +40,12 @@ function stiffness({ young_range: range }: Hello): HTMLElement[] {
     swatch.style.background = css(mapColour(stiffnessPosition(low, range)));
     return [title, h("ul", {}, h("li", {}, swatch, `${quantity(low, "Pa")} everywhere`))];
   }
+  const scale = isLogarithmic(range) ? "log scale" : "";
   const stops = Array.from({ length: 33 }, (_, i) => css(mapColour(i / 32)));
   const bar = h("div", { className: "map" });
   bar.style.background = `linear-gradient(to right, ${stops.join(", ")})`;
-  const ticks = [low, Math.sqrt(low * high), high].map((value) => h("span", {}, quantity(value, "Pa")));
-  return [title, bar, h("div", { className: "ticks" }, ...ticks), h("p", { className: "ends" }, h("span", {}, "soft"), h("span", {}, "stiff"))];
+  const ticks = [0, 0.5, 1].map((t) => h("span", {}, quantity(stiffnessAt(t, range), "Pa")));
+  return [title, bar, h("div", { className: "ticks" }, ...ticks), h("p", { className: "ends" }, h("span", {}, "soft"), h("span", {}, scale), h("span", {}, "stiff"))];
 }
 
 /** 0.002 -> 2 mm, 0.05 -> 5 cm, 2 -> 2 m */

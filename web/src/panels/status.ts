@@ -16,7 +16,7 @@ export function status(store: Store): HTMLElement {
 
   const showNumbers = ({ simulation: s, hello }: Readonly<State>) => {
     rate.set(s && s.steps_per_second > 0 ? significant(s.steps_per_second) : "–", pace(s, hello?.time_step));
-    cost.set(s ? significant(s.milliseconds) : "–", s ? `${count(s.iterations)} solver iterations` : "");
+    cost.set(s ? significant(s.milliseconds) : "–", s ? `${count(s.iterations)} iterations` : "");
     size.set(s ? count(sum(s.tets_by_level)) : "–", s ? `${count(s.free_vertices)} free vertices` : "");
     error.set(s ? percent(s.estimate) : "–", s ? `tolerance ${percent(s.tolerance)}` : "");
     error.element.classList.toggle("over", s !== null && s.estimate > s.tolerance);

@@ -33,5 +33,5 @@ export function toolbar(store: Store, actions: Actions): HTMLElement {
     speed.value = String(value);
   });
   store.watch((s) => s.simulation?.time ?? null, (time) => (clock.textContent = time === null ? "–" : duration(time)));
-  return h("nav", { className: "card toolbar", attributes: { "aria-label": "Simulation" } }, step, play, reset, speed, clock);
+  return h("nav", { className: "card toolbar", attributes: { "aria-label": "Simulation" } }, reset, play, step, speed, clock);
 }

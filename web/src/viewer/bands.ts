@@ -4,6 +4,7 @@
 import * as THREE from "three";
 
 import { quantity } from "../format";
+import { PULL } from "../palette";
 import type { CameraRig } from "./camera";
 
 export interface Band {
@@ -12,8 +13,7 @@ export interface Band {
   force: number | null; // [N], null: not known yet
 }
 
-const COLOUR = 0xff7a1a;
-const OTHERS = 0x8a94a6; // pulls of other viewers
+const OTHERS = "#8a94a6"; // pulls of other viewers
 
 export class Bands {
   readonly object = new THREE.Group();
@@ -22,7 +22,7 @@ export class Bands {
   private readonly dot = new THREE.SphereGeometry(1, 16, 12);
   private readonly line = new THREE.CylinderGeometry(1, 1, 1, 12, 1, true).translate(0, 0.5, 0);
   private readonly head = new THREE.ConeGeometry(1, 1, 20).translate(0, 0.5, 0);
-  private readonly own = flat(COLOUR);
+  private readonly own = flat(PULL);
   private readonly others = flat(OTHERS);
 
   constructor(private readonly labels: HTMLElement) {}
@@ -81,5 +81,5 @@ export class Bands {
   }
 }
 
-const flat = (colour: number): THREE.MeshBasicMaterial =>
+const flat = (colour: string): THREE.MeshBasicMaterial =>
   new THREE.MeshBasicMaterial({ color: colour, depthTest: false, transparent: true });

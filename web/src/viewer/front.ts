@@ -17,6 +17,7 @@ export class FrontLines {
     positions: { value: null as THREE.DataTexture | null },
     viewport: { value: new THREE.Vector2(1, 1) }, // [device px]
     width: { value: LINE_WIDTH },
+    contrast: { value: new THREE.Vector4() }, // colour to mix in, and how much
     levels: { value: Array.from({ length: MAX_LEVELS }, (_, level) => linearColour(level)) },
   };
   private readonly near = this.material(THREE.LessEqualDepth, 0.95);
@@ -63,6 +64,11 @@ export class FrontLines {
     this.shared.width.value = LINE_WIDTH * pixelRatio;
   }
 
+  /** Lines stay readable on a surface of their own colour, and before the background. */
+  theme(dark: boolean): void {
+    this.shared.contrast.value.set(...(dark ? ([1, 1, 1, 0.3] as const) : ([0, 0, 0, 0.5] as const)));
+  }
+
   dispose(): void {
     this.geometry.dispose();
     this.shared.positions.value?.dispose();
@@ -107,6 +113,7 @@ const VERTEX = /* glsl */ `
   uniform highp sampler2D positions;
   uniform vec2 viewport;
   uniform float width;
+  uniform vec4 contrast;
   uniform vec3 levels[${MAX_LEVELS}];
   out vec3 tint;
   out float across;
@@ -129,8 +136,7 @@ const VERTEX = /* glsl */ `
     here.xy += position.y * vec2(-along.y, along.x) * radius * 2.0 / viewport * here.w;
     gl_Position = here;
     across = position.y * radius;
-    // Finer levels are darker than the surface below them, so that lines stay readable on their own colour.
-    tint = levels[min(level, ${MAX_LEVELS - 1})] * 0.45;
+    tint = mix(levels[min(level, ${MAX_LEVELS - 1})], contrast.rgb, contrast.a);
   }
 `;
 

@@ -80,8 +80,6 @@ export class PullHand {
     const hit = this.events.pick(this.ray(event));
     if (!hit) return;
     event.stopPropagation();
-    event.preventDefault();
-    this.element.focus({ preventScroll: true });
     this.element.setPointerCapture(event.pointerId);
     this.element.classList.add("pulling");
     this.pointer = event.pointerId;

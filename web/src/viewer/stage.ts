@@ -2,7 +2,7 @@
 
 import * as THREE from "three";
 
-import type { Vec3 } from "../protocol";
+import type { Frame, Vec3 } from "../protocol";
 
 const SHADOW_TEXELS = 1024;
 
@@ -10,8 +10,8 @@ export class Stage {
   readonly object = new THREE.Group();
   /** [m] distance of the grid's lines. */
   spacing = 1;
-  private readonly sky = new THREE.HemisphereLight(0xffffff, 0x8d8a85, 1.55);
-  private readonly key = new THREE.DirectionalLight(0xfff6e8, 1.9);
+  private readonly sky = new THREE.HemisphereLight(0xffffff, 0xb9b4ac, 2.1);
+  private readonly key = new THREE.DirectionalLight(0xfff8ee, 1.9);
   private readonly rim = new THREE.DirectionalLight(0xdfe9ff, 0.7);
   private readonly shadow = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.ShadowMaterial());
   private readonly grid = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), gridMaterial());
@@ -73,14 +73,16 @@ export class Stage {
     this.place();
   }
 
-  /** The ground gives way to an object that sags below its rest shape. low: box of the frame [m]. True when it moved. */
-  lower(low: Vec3, time: number): boolean {
-    const lowest = low[this.up.x ? 0 : this.up.y ? 1 : 2] - 0.02 * this.radius;
-    const wanted = time === 0 ? this.rest : Math.min(this.height, lowest, this.rest);
-    if (Math.abs(wanted - this.height) < 1e-4 * this.radius) return false;
-    this.height = wanted;
+  /** The ground gives way to an object that sags below its rest shape, and comes back with a reset. */
+  lower({ surface, low, extent, time }: Frame): void {
+    const axis = this.up.x ? 0 : this.up.y ? 1 : 2;
+    let least = 65535;
+    for (let i = axis; i < surface.length; i += 3) if (surface[i] < least) least = surface[i];
+    const lowest = low[axis] + (extent[axis] * least) / 65535;
+    // What stands on the ground may tremble a little.
+    const wanted = time === 0 || lowest > this.rest - 0.02 * this.radius ? this.rest : lowest - 0.02 * this.radius;
+    this.height = time === 0 ? wanted : Math.min(this.height, wanted);
     this.place();
-    return true;
   }
 
   theme(dark: boolean): void {

@@ -60,6 +60,7 @@ export class Viewer {
     store.watch((s) => s.wireframe, (on) => this.showWireframe(on));
     store.watch((s) => s.dark, (dark) => {
       this.stage.theme(dark);
+      this.front.theme(dark);
       this.invalidate();
     });
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -117,7 +118,7 @@ export class Viewer {
     }
     if (this.topology?.epoch !== frame.epoch) return;
     this.motion.push(frame, performance.now());
-    this.stage.lower(frame.low, frame.time);
+    this.stage.lower(frame);
     this.surface.mesh.visible = true;
     this.front.object.visible = this.store.get().wireframe;
     this.invalidate();
