@@ -30,7 +30,7 @@ struct Tone {
 Tone tone(Background background) {
     const auto grey = [](float r, float g, float b) { return Vector3f(r, g, b); };
     if (background == Background::dark)
-        return {grey(0.145F, 0.155F, 0.172F), grey(0.235F, 0.245F, 0.262F), grey(0.02F, 0.022F, 0.03F)};
+        return {grey(0.145F, 0.155F, 0.172F), grey(0.20F, 0.21F, 0.228F), grey(0.02F, 0.022F, 0.03F)};
     return {grey(0.975F, 0.978F, 0.982F), grey(0.868F, 0.874F, 0.884F), grey(0.16F, 0.175F, 0.21F)};
 }
 
