@@ -16,7 +16,7 @@ using Eigen::Vector3f;
 constexpr double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 /// Room around the rest box for what the object will do. [share of the picture's half size]
-constexpr double default_margin = 0.2;
+constexpr double default_margin = 0.1;
 
 Mat3 camera_axes(const View& view) {  // columns: right, up, backwards
     const Vec3 back = (view.eye - view.target).normalized();
