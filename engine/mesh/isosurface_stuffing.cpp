@@ -18,8 +18,8 @@ namespace {
 /// A vertex is warped when a cut point is closer than this part of the edge ([Labelle] table 2, safe for all shapes).
 /// Long edges join two corners or two centres of cubes, short ones a corner and a centre.
 constexpr double warp_long = 0.24999, warp_short = 0.41189;
-/// Halvings of an edge to find where it crosses the boundary: to 1e-6 of its length.
-constexpr int bisections = 20;
+/// Halvings of an edge to find where it crosses the boundary: to 2e-5 of its length.
+constexpr int bisections = 16;
 constexpr double max_cells = 1 << 26;
 
 using Int3 = std::array<int, 3>;
@@ -136,7 +136,7 @@ class Stuffing {
         for (PointId p = 0; p < lattice_.size(); ++p)
             if (sign(p) > 0)
                 lattice_.for_each_neighbour(p, [&](PointId q) {
-                    if (sign(q) < 0) cuts_.push_back({std::min(p, q), std::max(p, q), {}});
+                    if (sign(q) < 0) cuts_.push_back({std::min(p, q), std::max(p, q), Vec3::Zero()});
                 });
         parallel_for(cuts_.size(), 64, [&](std::size_t begin, std::size_t end) {
             for (std::size_t c = begin; c < end; ++c) {

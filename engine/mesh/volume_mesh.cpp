@@ -23,6 +23,8 @@ namespace {
 /// Attempts to hit the target; each multiplies the cell by the cube root of what is missing.
 constexpr int max_attempts = 14;
 constexpr double count_tolerance = 0.1;
+/// A shape that fills less of its box than one tet in so many cubes of the lattice gets fewer tets than wanted.
+constexpr double max_cells_per_tet = 100;
 constexpr int volume_samples = 20000;
 
 // In cells. A sample of the surface that is farther than `missed_distance` from all tets is filled with a ball; the
@@ -270,7 +272,9 @@ VolumeMesh mesh_volume(const SurfaceMesh& surface, const VolumeMeshOptions& opti
     cell = std::min(cell, extent.maxCoeff());
     std::optional<VolumeMesh> best;
     double best_error = 0, fewer = 0, more = 0;  // cells known to give fewer, more tets than wanted
+    const double smallest = std::cbrt((extent.array() + cell).prod() / (max_cells_per_tet * target));
     for (int attempt = 0; attempt < max_attempts; ++attempt) {
+        cell = std::max(cell, smallest);
         VolumeMesh trial = fill(surface, parts, bvh, cell, options);
         const double count = static_cast<double>(trial.mesh.corners.size());
         const double error = std::abs(std::log(std::max(count, 0.1) / target));
@@ -280,6 +284,9 @@ VolumeMesh mesh_volume(const SurfaceMesh& surface, const VolumeMeshOptions& opti
             if (std::abs(count - target) <= count_tolerance * target) break;
         }
         (count < target ? fewer : more) = cell;
+        // The count jumps where the lattice passes a flat side: then no cell is better than this one.
+        if (fewer > 0 && more > 0 && std::abs(std::log(fewer / more)) < 0.01) break;
+        if (count < target && cell <= smallest) break;
         double next = cell * std::clamp(std::cbrt(count / target), 0.5, 2.0);
         // Keep between the cells known to be too large and too small.
         if (fewer > 0 && more > 0 && !(next > std::min(fewer, more) && next < std::max(fewer, more)))

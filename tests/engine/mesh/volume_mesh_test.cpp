@@ -135,7 +135,7 @@ TEST(VolumeMesh, RefusesWhatItCannotFill) {
     EXPECT_THROW(mesh_volume({}), InputError);
     SurfaceMesh inside_out;
     shapes::append(inside_out, ball, true);
-    EXPECT_THROW(mesh_volume(inside_out, {.margin = 0, .thicken = false}), InputError);
+    EXPECT_THROW(mesh_volume(inside_out, {.target_tets = 100, .margin = 0, .thicken = false}), InputError);
     SurfaceMesh point = ball;
     for (Vec3& x : point.positions) x.setOnes();
     EXPECT_THROW(mesh_volume(point), InputError);
