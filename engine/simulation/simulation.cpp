@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include <Eigen/LU>
 
@@ -22,10 +21,10 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// A pull is a critically damped spring that would swing the free object at this frequency [Hz] ...
-constexpr double pull_frequency = 3;
-/// ... and pulls as if never longer than this part of the object's size.
+/// A pull is a critically damped spring that acts as if never longer than this part of the object's size ...
 constexpr double pull_reach = 0.5;
+/// ... and then accelerates the object as a whole with this [m/s^2], whatever its size and mass.
+constexpr double pull_acceleration = 50;
 
 class Fnv1a {
  public:
@@ -47,14 +46,14 @@ struct Simulation::Impl {
         Vec3 target;
     };
 
-    explicit Impl(std::shared_ptr<const Model> m)
+    Impl(std::shared_ptr<const Model> m, const FrontSpec& spec)
         : model(std::move(m)),
-          front(model->tree, model->scene.front.order, model->scene.front.min_level, model->scene.front.max_level),
+          front(model->tree, spec.order, spec.min_level, spec.max_level),
           adaptivity(model->matrices, model->unresolved),
           frames(model->frame_model, model->surface) {
         const Scene& scene = model->scene;
         gravity = scene.gravity;
-        adapt_settings.tolerance = scene.front.tolerance;
+        adapt_settings.tolerance = spec.tolerance;
         for (TetId t : model->tree.level(0)) adapt_settings.energy_floor += 1e-8 * model->tree.volume(t) * model->matrices.elasticity[t](0, 0);
         settings.time_step = scene.time_step;
         settings.midpoint = scene.solver.scheme == Scheme::midpoint;
@@ -65,6 +64,7 @@ struct Simulation::Impl {
         settings.stiffness_damping = scene.stiffness_damping;
         state.x.resize(model->tree.vertex_count());
         state.v.resize(model->tree.vertex_count());
+        state.a.resize(model->tree.vertex_count());
         start();
     }
 
@@ -73,6 +73,7 @@ struct Simulation::Impl {
         for (VertexId v : front.vertices()) {
             state.x[v] = model->tree.rest(v);
             state.v[v].setZero();
+            state.a[v].setZero();
         }
         time = 0;
         steps = 0;
@@ -110,11 +111,13 @@ struct Simulation::Impl {
             if (model->tree.row(front.order(), v).vertices.empty()) continue;
             state.x[v] = front.interpolate(state.x, v);
             state.v[v] = front.interpolate(state.v, v);
+            state.a[v] = front.interpolate(state.a, v);
         }
         for (VertexId v : front.vertices()) {
             if (!model->pinned[v]) continue;
             state.x[v] = model->tree.rest(v);
             state.v[v].setZero();
+            state.a[v].setZero();
         }
     }
 
@@ -167,11 +170,10 @@ struct Simulation::Impl {
         }
         for (const auto& [id, pull] : pulls) {
             PointSpring spring{front.locate(pull.at.leaf, pull.at.barycentric), pull.target, 0, 0};
-            const double omega = 2 * std::numbers::pi * pull_frequency;
-            spring.stiffness = model->mass * omega * omega;
-            spring.damping = 2 * model->mass * omega;
             const Vec3 from = position(spring.at), reach = pull.target - from;
             const double longest = pull_reach * model->size;
+            spring.stiffness = model->mass * pull_acceleration / longest;
+            spring.damping = 2 * std::sqrt(spring.stiffness * model->mass);
             if (reach.norm() > longest) spring.target = from + reach * (longest / reach.norm());
             l.springs.push_back(spring);
         }
@@ -187,7 +189,7 @@ struct Simulation::Impl {
     /// Advances by one time step, in smaller ones when it fails. False: the state is as before.
     bool advance(StepReport& r) {
         saved.clear();
-        for (VertexId v : front.vertices()) saved.push_back({state.x[v], state.v[v]});
+        for (VertexId v : front.vertices()) saved.push_back({state.x[v], state.v[v], state.a[v]});
         for (int parts = 1; parts <= 16; parts *= 2) {
             ImplicitSettings s = settings;
             s.time_step /= parts;
@@ -210,6 +212,7 @@ struct Simulation::Impl {
             for (std::size_t i = 0; i < saved.size(); ++i) {
                 state.x[front.vertices()[i]] = saved[i][0];
                 state.v[front.vertices()[i]] = saved[i][1];
+                state.a[front.vertices()[i]] = saved[i][2];
             }
         }
         elements.evaluate({.x = state.x});
@@ -244,7 +247,10 @@ struct Simulation::Impl {
         if (r.rejected) {
             r.converged = false;
             r.warning = "the step failed even when cut in 16; the object stands still: reset, or reduce forces or the time step";
-            for (VertexId v : front.vertices()) state.v[v].setZero();
+            for (VertexId v : front.vertices()) {
+                state.v[v].setZero();
+                state.a[v].setZero();
+            }
         } else {
             time = static_cast<double>(steps) * settings.time_step;
         }
@@ -304,12 +310,17 @@ struct Simulation::Impl {
     double time = 0;
     std::uint64_t steps = 0;
     StepReport report;
-    std::vector<std::array<Vec3, 2>> saved;  // x and v of the front's vertices before the step
+    std::vector<std::array<Vec3, 3>> saved;  // x, v and a of the front's vertices before the step
     PerVertex<Vec3> scratch;
     std::chrono::steady_clock::time_point phase_start;
 };
 
-Simulation::Simulation(std::shared_ptr<const Model> model) : impl_(std::make_unique<Impl>(std::move(model))) {}
+Simulation::Simulation(std::shared_ptr<const Model> model, const FrontSpec& front)
+    : impl_(std::make_unique<Impl>(std::move(model), front)) {}
+Simulation::Simulation(std::shared_ptr<const Model> model) {
+    const FrontSpec front = model->scene.front;
+    impl_ = std::make_unique<Impl>(std::move(model), front);
+}
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -404,6 +415,7 @@ std::uint64_t Simulation::hash() const {
     for (VertexId v : s.front.vertices()) {
         hash.add(s.state.x[v].data(), 3 * sizeof(double));
         hash.add(s.state.v[v].data(), 3 * sizeof(double));
+        hash.add(s.state.a[v].data(), 3 * sizeof(double));
     }
     return hash.value();
 }

@@ -89,6 +89,8 @@ class Simulation {
  public:
     /// The front starts at the coarsest allowed level, the state at rest.
     explicit Simulation(std::shared_ptr<const Model> model);
+    /// The same with another front than the scene's, e.g. the finest level beside an adaptive run on one Model.
+    Simulation(std::shared_ptr<const Model> model, const FrontSpec& front);
     ~Simulation();
     Simulation(Simulation&&) noexcept;
     Simulation& operator=(Simulation&&) noexcept;

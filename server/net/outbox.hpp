@@ -33,7 +33,8 @@ struct OutgoingMessage {
 
 class Outbox {
  public:
-    static constexpr std::size_t max_controls = 256;
+    // More than can wait for one slow step (Session::max_queue), so that only a client that does not read gets there.
+    static constexpr std::size_t max_controls = 8192;
 
     /// A text message that must arrive, in order. false: the queue is full.
     [[nodiscard]] bool push(std::string text);

@@ -1,14 +1,15 @@
 #pragma once
 // Random fronts for tests.
 
-#include <random>
-
 #include "engine/tree/front.hpp"
+
+#include <random>
 
 namespace tetfront::testing {
 
 /// Splits and merges at random, `rounds` times; commits after each round.
-inline void shuffle(Front& front, std::mt19937& random, int rounds, double split_chance = 0.15, double merge_chance = 0.15) {
+inline void shuffle(Front& front, std::mt19937& random, int rounds, double split_chance = 0.15,
+                    double merge_chance = 0.15) {
     std::uniform_real_distribution<double> chance(0, 1);
     for (int round = 0; round < rounds; ++round) {
         const std::vector<TetId> active = front.active();

@@ -1,0 +1,166 @@
+// From a scene to everything that stays constant while it is simulated.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.hpp"
+#include "engine/material/stiffness.hpp"
+#include "engine/mesh/mesh_io.hpp"
+#include "engine/mesh/volume_mesh.hpp"
+#include "engine/simulation/simulation.hpp"
+
+namespace tetfront {
+
+namespace {
+
+struct Shape {
+    TetMesh roots;
+    SurfaceMesh surface;  // empty: the boundary of the tree's leaves
+};
+
+Shape make_shape(const Scene& scene) {
+    if (const auto* box = std::get_if<BoxMeshSpec>(&scene.mesh)) return {box_mesh(box->low, box->high, box->cells), {}};
+    const auto& spec = std::get<SurfaceMeshSpec>(scene.mesh);
+    Shape shape;
+    shape.surface = read_surface(spec.file, spec.scale).mesh;
+    shape.roots = mesh_volume(shape.surface, {.target_tets = spec.target_tets}).mesh;
+    return shape;
+}
+
+/// The leaves' outer faces: as smooth as the simulation can be.
+SurfaceMesh leaf_boundary(const TetTree& tree) {
+    TetMesh leaves;
+    leaves.positions = tree.rest();
+    for (TetId t : tree.level(tree.depth())) leaves.corners.push_back(tree.corners(t));
+    return boundary_surface(leaves);
+}
+
+bool inside(const Region& region, const Vec3& p) {
+    if (const auto* box = std::get_if<Box>(&region)) return (p.array() >= box->low.array()).all() && (p.array() <= box->high.array()).all();
+    const auto& half = std::get<HalfSpace>(region);
+    return (p - half.point).dot(half.normal) <= 0;
+}
+
+Eigen::AlignedBox3d bounds(const TetTree& tree) {
+    Eigen::AlignedBox3d box;
+    for (VertexId v : ids<VertexId>(tree.vertex_count(0))) box.extend(tree.rest(v));
+    return box;
+}
+
+Scalar scalar(const ScalarField& field, const Eigen::AlignedBox3d& box) {
+    if (field.kind == ScalarField::Kind::constant) return constant(field.value);
+    const std::array<double, 2> at = field.at_extent ? std::array{box.min()[field.axis], box.max()[field.axis]} : field.at;
+    return gradient(field.axis, at, field.values,
+                    field.kind == ScalarField::Kind::linear ? Interpolation::linear : Interpolation::exponential);
+}
+
+/// Tets that contain pinned vertices although none of their own corners is pinned: their descendants know better.
+PerTet<std::uint8_t> find_unresolved(const TetTree& tree, const PerVertex<std::uint8_t>& pinned) {
+    PerTet<std::uint8_t> contains(tree.tet_count(), 0), unresolved(tree.tet_count(), 0);
+    for (std::int64_t i = static_cast<std::int64_t>(tree.tet_count()) - 1; i >= 0; --i) {
+        const TetId t(i);
+        const auto is_pinned = [&](VertexId v) { return pinned[v] != 0; };
+        const bool corners = std::ranges::any_of(tree.corners(t), is_pinned);
+        bool below = false;
+        if (!tree.is_leaf(t)) {
+            const bool midpoints = std::ranges::any_of(tree.midpoints(t), is_pinned);
+            for (TetId c : tree.children(t)) below = below || contains[c];
+            below = below || midpoints;
+        }
+        contains[t] = corners || below;
+        unresolved[t] = below && !corners;
+    }
+    return unresolved;
+}
+
+/// Spreads each force evenly over the surface vertices in its region.
+std::vector<AttachedForce> attach_forces(const Scene& scene, const Surface& surface) {
+    std::vector<AttachedForce> forces;
+    for (std::size_t i = 0; i < scene.forces.size(); ++i) {
+        const ForceSpec& spec = scene.forces[i];
+        std::vector<std::size_t> vertices;
+        for (std::size_t s = 0; s < surface.mesh.positions.size(); ++s)
+            if (inside(spec.region, surface.mesh.positions[s])) vertices.push_back(s);
+        if (vertices.empty()) {
+            throw InputError(scene.file.string(), "/forces/" + std::to_string(i), "has no surface vertex in its region",
+                             "move or enlarge the region");
+        }
+        for (std::size_t s : vertices)
+            forces.push_back({surface.attachment[s], spec.force / static_cast<double>(vertices.size()), spec.start, spec.end});
+    }
+    return forces;
+}
+
+std::shared_ptr<const FrameModel> make_frame_model(const Scene& scene, const TetTree& tree, const Surface& surface,
+                                                   const StiffnessFunction& stiffness) {
+    auto model = std::make_shared<FrameModel>();
+    for (const auto& t : surface.mesh.triangles)
+        model->triangles.push_back({static_cast<std::uint32_t>(t[0]), static_cast<std::uint32_t>(t[1]), static_cast<std::uint32_t>(t[2])});
+    Eigen::AlignedBox3d box;
+    for (std::size_t i = 0; i < surface.mesh.positions.size(); ++i) {
+        const Vec3& p = surface.mesh.positions[i];
+        box.extend(p);
+        TetId root = surface.attachment[i].leaf;
+        while (!tree.is_root(root)) root = tree.parent(root);
+        model->young.push_back(static_cast<float>(representative_young(stiffness.at(p, root).elasticity)));
+    }
+    const auto [low, high] = std::ranges::minmax_element(model->young);
+    model->young_range = {*low, *high};
+    model->depth = tree.depth();
+    model->up = scene.up;
+    for (int c = 0; c < 3; ++c) {
+        model->rest_box[static_cast<std::size_t>(c)] = static_cast<float>(box.min()[c]);
+        model->rest_box[static_cast<std::size_t>(c + 3)] = static_cast<float>(box.max()[c]);
+    }
+    return model;
+}
+
+}  // namespace
+
+std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress) {
+    const auto report = [&](const char* what, double fraction) {
+        if (progress) progress(what, fraction);
+    };
+    if (scene.front.order == 2 && scene.levels == 0) {
+        throw InputError(scene.file.string(), "/levels", "is 0 with quadratic tets (front/order 2)",
+                         "use levels >= 1: their midpoints are the vertices of the next level");
+    }
+    report("meshing", 0);
+    Shape shape = make_shape(scene);
+    report("subdividing", 0);
+    TetTree tree(std::move(shape.roots), scene.levels);
+    if (shape.surface.positions.empty()) shape.surface = leaf_boundary(tree);
+    report("attaching the surface", 0);
+    Surface surface = embed(std::move(shape.surface), tree);
+
+    const Eigen::AlignedBox3d box = bounds(tree);
+    const StiffnessFunction stiffness({.young = scalar(scene.material.young, box),
+                                       .poisson = constant(scene.material.poisson),
+                                       .density = constant(scene.material.density)});
+    const LeafMaterials leaves = integrate_leaves(tree, stiffness, [&](double f) { report("integrating the material", f); });
+    ElasticityMatrices matrices = estimate_elasticity(
+        tree, leaves, scene.estimation == Estimation::average ? CellProblem::average : CellProblem::mean_strain,
+        [&](double f) { report("estimating elasticity matrices", f); });
+    PerTet<double> density = coarse_density(tree, leaves);
+
+    PerVertex<std::uint8_t> pinned(tree.vertex_count(), 0);
+    bool has_pins = false;
+    for (VertexId v : ids<VertexId>(tree.vertex_count())) {
+        pinned[v] = std::ranges::any_of(scene.pins, [&](const Region& r) { return inside(r, tree.rest(v)); });
+        has_pins = has_pins || pinned[v];
+    }
+    if (!scene.pins.empty() && !has_pins)
+        throw InputError(scene.file.string(), "/pins", "hold no vertex of the mesh", "move or enlarge the regions");
+    double mass = 0;
+    for (TetId t : tree.level(0)) mass += density[t] * tree.volume(t);
+
+    auto frame_model = make_frame_model(scene, tree, surface, stiffness);
+    auto forces = attach_forces(scene, surface);
+    auto unresolved = find_unresolved(tree, pinned);
+    const double size = box.sizes().maxCoeff();
+    report("ready", 1);
+    return std::make_shared<const Model>(Model{std::move(scene), std::move(tree), std::move(matrices), std::move(density),
+                                               std::move(surface), std::move(pinned), std::move(unresolved),
+                                               std::move(forces), std::move(frame_model), mass, size, has_pins});
+}
+
+}  // namespace tetfront

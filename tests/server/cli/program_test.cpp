@@ -1,0 +1,168 @@
+// Runs the built program: exit statuses, what goes to stdout, signals.
+
+#include "tests/support/child_process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace tetfront {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* beam = R"({
+  "schema_version": 1, "title": "A beam", "up": "z",
+  "mesh": {"box": {"low": [0, 0, 0], "high": [4, 1, 1], "cells": [4, 1, 1]}},
+  "levels": 1,
+  "material": {"density": 1000, "poisson": 0.3, "young": 1e5},
+  "pins": [{"half_space": {"point": [0.001, 0, 0], "normal": [1, 0, 0]}}],
+  "damping": {"mass": 0.5}
+})";
+
+class Program : public testing::Test {
+ protected:
+    Program() {
+        scene_ = folder_.write("beam.json", beam).string();
+        web_ = folder_.write("web/index.html", "<!doctype html>").parent_path().string();
+    }
+
+    static ChildProcess::Result run(std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), TETFRONT_PROGRAM);
+        return ChildProcess(arguments).wait();
+    }
+    static void expect_refusal(const ChildProcess::Result& result, int status, const std::string& part) {
+        EXPECT_EQ(result.status, status) << result.err;
+        EXPECT_EQ(result.out, "");
+        EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << "one line: " << result.err;
+        EXPECT_NE(result.err.find(part), std::string::npos) << result.err;
+    }
+    [[nodiscard]] std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+    static Json read_json(const std::string& file) {
+        std::ifstream in(file);
+        return Json::parse(in);
+    }
+
+    TemporaryFolder folder_;
+    std::string scene_, web_;
+};
+
+TEST_F(Program, ShowsVersionAndHelp) {
+    const auto version = run({"--version"});
+    EXPECT_EQ(version.status, 0);
+    EXPECT_EQ(version.out.substr(0, 9), "tetfront ");
+    for (const auto& arguments : std::vector<std::vector<std::string>>{
+             {"--help"}, {"serve", "--help"}, {"run", "--help"}, {"info", "--help"}}) {
+        const auto help = run(arguments);
+        EXPECT_EQ(help.status, 0);
+        EXPECT_NE(help.out.find("Exit status: 0 success"), std::string::npos) << help.out;
+    }
+}
+
+TEST_F(Program, WrongUsageIsStatus2AndOneLine) {
+    expect_refusal(run({}), 2, "--help");
+    expect_refusal(run({"fly"}), 2, "fly");
+    expect_refusal(run({"run"}), 2, "scene");
+    expect_refusal(run({"run", scene_, "--steps", "0"}), 2, "steps");
+    expect_refusal(run({"run", scene_, "--steps", "x"}), 2, "steps");
+    expect_refusal(run({"run", scene_, "--compare", "nothing"}), 2, "finest-quadratic");
+    expect_refusal(run({"serve", scene_, "--port", "65536"}), 2, "port");
+    expect_refusal(run({"serve", scene_, "--web", path("none")}), 2, "npm run build");
+    expect_refusal(run({"serve", scene_, "--web", web_, "--host", "nowhere"}), 2, "--host");
+}
+
+TEST_F(Program, BadScenesAreStatus2AndSayWhere) {
+    expect_refusal(run({"info", path("missing.json")}), 2, "missing.json");
+    expect_refusal(run({"run", scene_, "--set", "material.poisson=0.7"}), 2, "/material/poisson");
+    expect_refusal(run({"run", scene_, "--set", "nothing=1"}), 2, "/nothing");
+    expect_refusal(run({"run", scene_, "--set", "nothing"}), 2, "PATH=VALUE");
+    folder_.write("broken.json", "{\"schema_version\": 1,");
+    expect_refusal(run({"serve", path("broken.json"), "--web", web_}), 2, "broken.json");
+    folder_.write("lost.json", R"({"schema_version": 1, "mesh": {"surface": {"file": "lost.obj"}}})");
+    expect_refusal(run({"info", path("lost.json")}), 2, "lost.obj");
+}
+
+TEST_F(Program, InfoDescribesTheScene) {
+    const auto result = run({"info", scene_});
+    EXPECT_EQ(result.status, 0) << result.err;
+    for (const char* part : {"24", "192", "4000", "100000", "MiB"})
+        EXPECT_NE(result.out.find(part), std::string::npos) << part << result.out;
+}
+
+TEST_F(Program, RunWritesAReport) {
+    const auto result = run({"run", scene_, "--steps", "5", "--report", path("out.json"), "--compare", "finest",
+                             "--compare", "finest-quadratic", "--set", "front.tolerance=0.05"});
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_NE(result.out.find("5 steps"), std::string::npos);
+    EXPECT_EQ(result.err, "") << "no progress bar without a terminal";
+    const Json report = read_json(path("out.json"));
+    ASSERT_EQ(report["steps"].size(), 5U);
+    EXPECT_EQ(report["tolerance"], 0.05);
+    for (const Json& step : report["steps"]) {
+        EXPECT_GT(step["time"], 0);
+        EXPECT_EQ(step["tets_by_level"].size(), 2U);
+        for (const char* phase : {"total", "adapt", "setup", "assemble", "solve", "other"})
+            EXPECT_GE(step["milliseconds"][phase], 0);
+        EXPECT_GT(step["solver_iterations"], 0);
+        EXPECT_TRUE(step["converged"]);
+        EXPECT_GE(step["compare"]["finest"]["error_max"], step["compare"]["finest"]["error_mean"]);
+        EXPECT_GT(step["compare"]["finest-quadratic"]["error_mean"], 0) << "another order moves differently";
+    }
+    const Json& summary = report["summary"];
+    EXPECT_EQ(summary["steps"], 5);
+    EXPECT_NEAR(summary["simulated_time"], 5.0 / 60, 1e-12);
+    EXPECT_EQ(summary["compare"]["finest"]["tets"], 192);
+    EXPECT_EQ(summary["compare"]["finest-quadratic"]["tets"], 24);
+    EXPECT_GT(summary["compare"]["finest"]["time_ratio"], 0);
+}
+
+TEST_F(Program, TheFinestFrontAgainstItselfHasNoError) {
+    const auto result = run({"run", scene_, "--steps", "3", "--report", path("out.json"), "--compare", "finest",
+                             "--set", "front.min_level=1"});
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(read_json(path("out.json"))["summary"]["compare"]["finest"]["error_max"], 0);
+}
+
+TEST_F(Program, OutputThatCannotBeWrittenIsStatus4) {
+    expect_refusal(run({"run", scene_, "--steps", "1", "--report", path("none/out.json")}), 4, "out.json");
+    expect_refusal(run({"run", scene_, "--steps", "1", "--report", folder_.path().string()}), 4, "cannot be written");
+    ChildProcess full({TETFRONT_PROGRAM, "info", scene_}, "/dev/full");
+    EXPECT_EQ(full.wait().status, 4);
+}
+
+TEST_F(Program, ServePrintsOneUrlAndEndsWell) {
+    for (const int signal : {SIGTERM, SIGINT}) {
+        ChildProcess serve({TETFRONT_PROGRAM, "serve", scene_, "--port", "0", "--web", web_});
+        const std::string url = serve.read_line();
+        EXPECT_EQ(url.substr(0, 17), "http://127.0.0.1:") << url;
+        EXPECT_TRUE(url.ends_with("/"));
+        serve.signal(signal);
+        const auto result = serve.wait();
+        EXPECT_EQ(result.status, 0) << result.err;
+        EXPECT_EQ(result.out, "") << "nothing after the URL";
+    }
+}
+
+TEST_F(Program, ATakenPortIsStatus3) {
+    ChildProcess first({TETFRONT_PROGRAM, "serve", scene_, "--port", "0", "--web", web_});
+    const std::string url = first.read_line(), port = url.substr(17, url.size() - 18);
+    expect_refusal(run({"serve", scene_, "--port", port, "--web", web_}), 3, port);
+    first.signal(SIGTERM);
+    EXPECT_EQ(first.wait().status, 0);
+}
+
+TEST_F(Program, ServeEndsWithStatus2WhenTheModelCannotBeBuilt) {
+    folder_.write("lost.json", R"({"schema_version": 1, "mesh": {"surface": {"file": "lost.obj"}}})");
+    const auto result = run({"serve", path("lost.json"), "--port", "0", "--web", web_});
+    EXPECT_EQ(result.status, 2);
+    EXPECT_NE(result.err.find("lost.obj"), std::string::npos) << result.err;
+}
+
+}  // namespace
+}  // namespace tetfront
