@@ -163,11 +163,13 @@ struct Simulation::Impl {
         for (int k = 0; k < 6; ++k) {
             for (VertexId v : front.vertices()) motion[v] = unit_motion(k, state.x[v]);
             const ElementSet::Momentum p = elements.momentum(state.x, motion);
-            momenta.col(k) << p.linear, (p.angular - centre.cross(p.linear)) / model->size;
+            momenta.col(k).head<3>() = p.linear;
+            momenta.col(k).tail<3>() = (p.angular - centre.cross(p.linear)) / model->size;
         }
         Vec6 missing;
         const Vec3 linear = before.linear - now.linear;
-        missing << linear, (before.angular - now.angular - centre.cross(linear)) / model->size;
+        missing.head<3>() = linear;
+        missing.tail<3>() = (before.angular - now.angular - centre.cross(linear)) / model->size;
         const Vec6 amount = momenta.fullPivLu().solve(missing);
         if (!amount.allFinite()) return;
         for (VertexId v : front.vertices())
