@@ -110,13 +110,14 @@ ImplicitReport Implicit::step(const Front& front, ElementSet& elements, State& s
         preconditioner_.build(matrix_);
         report.assemble_milliseconds += watch.lap();
 
-        for (Vec3& u : update_) u.setZero();
+        const auto& vertex = matrix_.vertices();
+        for (std::size_t i = 0; i < vertex.size(); ++i)
+            update_[i] = iteration == 0 ? Vec3(h * state.a[vertex[i]]) : Vec3::Zero();
         const PcgResult solved = pcg_.solve(matrix_, preconditioner_, right_, update_, settings.pcg);
         report.converged = report.converged && solved.converged;
         report.solver_iterations += solved.iterations;
         report.residual = solved.residual;
         ++report.newton_iterations;
-        const auto& vertex = matrix_.vertices();
         for (std::size_t i = 0; i < vertex.size(); ++i) trial_v_[vertex[i]] += update_[i];
         set_trial(front, state, h);
         report.solve_milliseconds += watch.lap();
@@ -135,6 +136,7 @@ ImplicitReport Implicit::step(const Front& front, ElementSet& elements, State& s
     for (VertexId v : front.vertices()) report.finite = report.finite && trial_x_[v].allFinite() && trial_v_[v].allFinite();
     if (report.finite) {
         for (VertexId v : front.vertices()) {
+            state.a[v] = (trial_v_[v] - state.v[v]) / settings.time_step;
             state.x[v] = trial_x_[v];
             state.v[v] = trial_v_[v];
         }

@@ -29,6 +29,7 @@ namespace tetfront {
 struct State {
     PerVertex<Vec3> x;  // [m]
     PerVertex<Vec3> v;  // [m/s]
+    PerVertex<Vec3> a;  // [m/s^2] of the last step; the solver's first guess for the next one
 };
 
 /// A force at a point of the front.

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include <Eigen/LU>
 
@@ -22,10 +21,10 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// A pull is a critically damped spring that would swing the free object at this frequency [Hz] ...
-constexpr double pull_frequency = 3;
-/// ... and pulls as if never longer than this part of the object's size.
+/// A pull is a critically damped spring that acts as if never longer than this part of the object's size ...
 constexpr double pull_reach = 0.5;
+/// ... and then accelerates the object as a whole with this [m/s^2], whatever its size and mass.
+constexpr double pull_acceleration = 50;
 
 class Fnv1a {
  public:
@@ -55,6 +54,8 @@ struct Simulation::Impl {
         const Scene& scene = model->scene;
         gravity = scene.gravity;
         adapt_settings.tolerance = spec.tolerance;
+        budget_tets = static_cast<std::size_t>(spec.budget_tets);
+        budget_milliseconds = spec.budget_milliseconds;
         for (TetId t : model->tree.level(0)) adapt_settings.energy_floor += 1e-8 * model->tree.volume(t) * model->matrices.elasticity[t](0, 0);
         settings.time_step = scene.time_step;
         settings.midpoint = scene.solver.scheme == Scheme::midpoint;
@@ -65,6 +66,7 @@ struct Simulation::Impl {
         settings.stiffness_damping = scene.stiffness_damping;
         state.x.resize(model->tree.vertex_count());
         state.v.resize(model->tree.vertex_count());
+        state.a.resize(model->tree.vertex_count());
         start();
     }
 
@@ -73,6 +75,7 @@ struct Simulation::Impl {
         for (VertexId v : front.vertices()) {
             state.x[v] = model->tree.rest(v);
             state.v[v].setZero();
+            state.a[v].setZero();
         }
         time = 0;
         steps = 0;
@@ -110,15 +113,27 @@ struct Simulation::Impl {
             if (model->tree.row(front.order(), v).vertices.empty()) continue;
             state.x[v] = front.interpolate(state.x, v);
             state.v[v] = front.interpolate(state.v, v);
+            state.a[v] = front.interpolate(state.a, v);
         }
         for (VertexId v : front.vertices()) {
             if (!model->pinned[v]) continue;
             state.x[v] = model->tree.rest(v);
             state.v[v].setZero();
+            state.a[v].setZero();
         }
     }
 
+    /// Turns the budget into a number of tets. A budget of time uses what tets have cost at most lately, changes of the
+    /// front included.
+    void apply_budget() {
+        std::size_t most = budget_tets;
+        if (budget_milliseconds > 0 && milliseconds_per_tet > 0)
+            most = std::min(most, static_cast<std::size_t>(budget_milliseconds / milliseconds_per_tet));
+        adapt_settings.most_tets = std::max<std::size_t>(1, most);
+    }
+
     void adapt(StepReport& r) {
+        apply_budget();
         const auto changes = adaptivity.adapt(front, steps, adapt_settings);
         r.splits = changes[0];
         r.merges = changes[1];
@@ -148,11 +163,13 @@ struct Simulation::Impl {
         for (int k = 0; k < 6; ++k) {
             for (VertexId v : front.vertices()) motion[v] = unit_motion(k, state.x[v]);
             const ElementSet::Momentum p = elements.momentum(state.x, motion);
-            momenta.col(k) << p.linear, (p.angular - centre.cross(p.linear)) / model->size;
+            momenta.col(k).head<3>() = p.linear;
+            momenta.col(k).tail<3>() = (p.angular - centre.cross(p.linear)) / model->size;
         }
         Vec6 missing;
         const Vec3 linear = before.linear - now.linear;
-        missing << linear, (before.angular - now.angular - centre.cross(linear)) / model->size;
+        missing.head<3>() = linear;
+        missing.tail<3>() = (before.angular - now.angular - centre.cross(linear)) / model->size;
         const Vec6 amount = momenta.fullPivLu().solve(missing);
         if (!amount.allFinite()) return;
         for (VertexId v : front.vertices())
@@ -167,11 +184,10 @@ struct Simulation::Impl {
         }
         for (const auto& [id, pull] : pulls) {
             PointSpring spring{front.locate(pull.at.leaf, pull.at.barycentric), pull.target, 0, 0};
-            const double omega = 2 * std::numbers::pi * pull_frequency;
-            spring.stiffness = model->mass * omega * omega;
-            spring.damping = 2 * model->mass * omega;
             const Vec3 from = position(spring.at), reach = pull.target - from;
             const double longest = pull_reach * model->size;
+            spring.stiffness = model->mass * pull_acceleration / longest;
+            spring.damping = 2 * std::sqrt(spring.stiffness * model->mass);
             if (reach.norm() > longest) spring.target = from + reach * (longest / reach.norm());
             l.springs.push_back(spring);
         }
@@ -187,7 +203,7 @@ struct Simulation::Impl {
     /// Advances by one time step, in smaller ones when it fails. False: the state is as before.
     bool advance(StepReport& r) {
         saved.clear();
-        for (VertexId v : front.vertices()) saved.push_back({state.x[v], state.v[v]});
+        for (VertexId v : front.vertices()) saved.push_back({state.x[v], state.v[v], state.a[v]});
         for (int parts = 1; parts <= 16; parts *= 2) {
             ImplicitSettings s = settings;
             s.time_step /= parts;
@@ -210,6 +226,7 @@ struct Simulation::Impl {
             for (std::size_t i = 0; i < saved.size(); ++i) {
                 state.x[front.vertices()[i]] = saved[i][0];
                 state.v[front.vertices()[i]] = saved[i][1];
+                state.a[front.vertices()[i]] = saved[i][2];
             }
         }
         elements.evaluate({.x = state.x});
@@ -244,7 +261,10 @@ struct Simulation::Impl {
         if (r.rejected) {
             r.converged = false;
             r.warning = "the step failed even when cut in 16; the object stands still: reset, or reduce forces or the time step";
-            for (VertexId v : front.vertices()) state.v[v].setZero();
+            for (VertexId v : front.vertices()) {
+                state.v[v].setZero();
+                state.a[v].setZero();
+            }
         } else {
             time = static_cast<double>(steps) * settings.time_step;
         }
@@ -253,6 +273,7 @@ struct Simulation::Impl {
         describe(r);
         if (r.warning.empty() && !r.converged) r.warning = "the solver stopped before its tolerance: motion may be wrong";
         r.milliseconds.other += lap();
+        milliseconds_per_tet = std::max(0.98 * milliseconds_per_tet, r.milliseconds.total() / static_cast<double>(front.active().size()));
         report = r;
         return r;
     }
@@ -303,8 +324,11 @@ struct Simulation::Impl {
     std::map<std::uint64_t, Pull> pulls;
     double time = 0;
     std::uint64_t steps = 0;
+    std::size_t budget_tets = 0;
+    double budget_milliseconds = 0;   // 0: none
+    double milliseconds_per_tet = 0;  // of recent steps, the costliest
     StepReport report;
-    std::vector<std::array<Vec3, 2>> saved;  // x and v of the front's vertices before the step
+    std::vector<std::array<Vec3, 3>> saved;  // x, v and a of the front's vertices before the step
     PerVertex<Vec3> scratch;
     std::chrono::steady_clock::time_point phase_start;
 };
@@ -387,6 +411,14 @@ void Simulation::set_tolerance(double tolerance) {
     impl_->adapt_settings.tolerance = tolerance;
 }
 
+void Simulation::set_budget(std::size_t tets, double milliseconds) {
+    if (tets == 0) throw InputError("", "/tets", "is 0", "use a number of tets from 1");
+    if (!(milliseconds >= 0 && milliseconds <= 1e6))
+        throw InputError("", "/milliseconds", "is not a budget", "use a number from 0 (no limit) to 1e6");
+    impl_->budget_tets = tets;
+    impl_->budget_milliseconds = milliseconds;
+}
+
 PerVertex<Vec3> Simulation::all_positions() const {
     const Front& front = impl_->front;
     PerVertex<Vec3> x = impl_->state.x;
@@ -409,6 +441,7 @@ std::uint64_t Simulation::hash() const {
     for (VertexId v : s.front.vertices()) {
         hash.add(s.state.x[v].data(), 3 * sizeof(double));
         hash.add(s.state.v[v].data(), 3 * sizeof(double));
+        hash.add(s.state.a[v].data(), 3 * sizeof(double));
     }
     return hash.value();
 }

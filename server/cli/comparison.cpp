@@ -9,20 +9,21 @@ namespace tetfront {
 
 namespace {
 
-Scene on_finest_front(Scene scene, int order) {
+FrontSpec finest_front(const Scene& scene, int order) {
     const int level = order == 2 ? scene.levels - 1 : scene.levels;
     if (level < 0)
         throw InputError(scene.file.string(), "/levels", "is 0, and quadratic tets need one level below them",
                          "use levels >= 1, or --compare finest-linear");
-    scene.front.order = order;
-    scene.front.min_level = scene.front.max_level = level;
-    return scene;
+    FrontSpec front = scene.front;
+    front.order = order;
+    front.min_level = front.max_level = level;
+    return front;
 }
 
 }  // namespace
 
-Comparison::Comparison(std::string name, Scene scene, int order, const Progress& progress)
-    : name_(std::move(name)), simulation_(build_model(on_finest_front(std::move(scene), order), progress)) {}
+Comparison::Comparison(std::string name, std::shared_ptr<const Model> model, int order)
+    : name_(std::move(name)), front_(finest_front(model->scene, order)), simulation_(std::move(model), front_) {}
 
 Comparison::Step Comparison::step(const Simulation& other) {
     const StepReport report = simulation_.step();

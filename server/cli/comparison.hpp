@@ -1,12 +1,13 @@
 #pragma once
 // The same scene on the finest front, beside the adaptive one: how far are the vertices apart, and what did it cost?
 //
-//     Comparison finest("finest-linear", scene, 1);
+//     Comparison finest("finest-linear", model, 1);
 //     StepReport report = simulation.step();
 //     Comparison::Step step = finest.step(simulation);    // step.error_mean, step.milliseconds
 
 #include "engine/simulation/simulation.hpp"
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,19 +22,19 @@ class Comparison {
     };
 
     /// order: of the elements, 1 or 2. Throws InputError for order 2 without a level below the roots.
-    Comparison(std::string name, Scene scene, int order, const Progress& progress = {});
+    Comparison(std::string name, std::shared_ptr<const Model> model, int order);
 
     /// One step of the finest front, then the distance between both. The other simulation has the same tree and has
     /// made the same number of steps.
     Step step(const Simulation& other);
 
     [[nodiscard]] const std::string& name() const { return name_; }
-    [[nodiscard]] int order() const { return simulation_.model().scene.front.order; }
-    [[nodiscard]] int level() const { return simulation_.model().scene.front.max_level; }
-    [[nodiscard]] std::size_t tets() const { return simulation_.model().tree.tet_count(level()); }
+    [[nodiscard]] const FrontSpec& front() const { return front_; }
+    [[nodiscard]] std::size_t tets() const { return simulation_.model().tree.tet_count(front_.max_level); }
 
  private:
     std::string name_;
+    FrontSpec front_;
     Simulation simulation_;
 };
 

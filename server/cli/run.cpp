@@ -136,8 +136,8 @@ class RunRecord {
                        {"steps_with_inverted_tets", inverted_}};
         for (std::size_t i = 0; i < errors_.size(); ++i) {
             const auto& e = errors_[i];
-            result["compare"][comparisons_[i].name()] = {{"order", comparisons_[i].order()},
-                                                         {"level", comparisons_[i].level()},
+            result["compare"][comparisons_[i].name()] = {{"order", comparisons_[i].front().order},
+                                                         {"level", comparisons_[i].front().max_level},
                                                          {"tets", comparisons_[i].tets()},
                                                          {"error_mean", e.mean.mean()},
                                                          {"error_max", e.max.largest()},
@@ -167,7 +167,7 @@ class RunRecord {
             std::printf(
                 "against %s (order %d, level %d, %zu tets): error %.3g %% in the mean, %.3g %% at most; %.3g times "
                 "its speed\n",
-                comparisons_[i].name().c_str(), comparisons_[i].order(), comparisons_[i].level(),
+                comparisons_[i].name().c_str(), comparisons_[i].front().order, comparisons_[i].front().max_level,
                 comparisons_[i].tets(), 100 * e.mean.mean(), 100 * e.max.largest(),
                 e.milliseconds.total() / std::max(total_.total(), 1e-9));
             if (e.unconverged > 0) std::printf("  TROUBLE: it did not converge in %d steps\n", e.unconverged);
@@ -213,8 +213,7 @@ int run(const RunOptions& options) {
     const auto model = build_model(scene, progress);
     Simulation simulation(model);
     std::vector<Comparison> comparisons;
-    for (std::size_t i = 0; i < orders.size(); ++i)
-        comparisons.emplace_back(options.compare[i], scene, orders[i], progress);
+    for (std::size_t i = 0; i < orders.size(); ++i) comparisons.emplace_back(options.compare[i], model, orders[i]);
 
     RunRecord record(comparisons);
     {

@@ -13,7 +13,8 @@ Rgb map_colour(double t) {
     constexpr int last = static_cast<int>(stiffness_colours.size()) - 1;
     const double at = std::clamp(t, 0.0, 1.0) * last;
     const int i = std::min(last - 1, static_cast<int>(at));
-    const Rgb &a = stiffness_colours[static_cast<std::size_t>(i)], &b = stiffness_colours[static_cast<std::size_t>(i + 1)];
+    const Rgb &a = stiffness_colours[static_cast<std::size_t>(i)],
+              &b = stiffness_colours[static_cast<std::size_t>(i + 1)];
     const auto mix = [f = at - i](std::uint8_t x, std::uint8_t y) {
         return static_cast<std::uint8_t>(std::lround(x + f * (y - x)));
     };
@@ -25,7 +26,8 @@ bool is_logarithmic(std::array<float, 2> range) { return range[0] > 0 && range[1
 double stiffness_position(float young, std::array<float, 2> range) {
     const double low = range[0], high = range[1];
     if (!(high > low)) return 0.5;
-    const double t = is_logarithmic(range) ? std::log(young / low) / std::log(high / low) : (young - low) / (high - low);
+    const double t =
+        is_logarithmic(range) ? std::log(young / low) / std::log(high / low) : (young - low) / (high - low);
     return std::clamp(t, 0.0, 1.0);
 }
 

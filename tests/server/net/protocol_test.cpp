@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numbers>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -99,6 +100,25 @@ TEST(Protocol, PositionsThatAreNotFiniteOrHugeDoNoHarm) {
     frame->surface.clear();
     frame->front_positions.clear();
     EXPECT_EQ(encode_frame(*frame, 1, 1).size(), 32U + 24 + 28);
+}
+
+TEST(Protocol, HelloHasACameraThatSeesTheWholeBox) {
+    Scene scene = sample_scene();
+    scene.view.fitted = true;
+    for (const int up : {0, 1, 2}) {
+        FrameModel model = *sample_frame()->model;
+        model.up = up;
+        const auto view = nlohmann::json::parse(hello_event(scene, model, sample_state()))["view"];
+        Vec3 eye, target;
+        for (int i = 0; i < 3; ++i) eye[i] = view["eye"][i], target[i] = view["target"][i];
+        EXPECT_EQ(target, Vec3(0.5, 1, 2));
+        EXPECT_GT(eye[up], target[up]) << "from above";
+        for (int corner = 0; corner < 8; ++corner) {
+            const Vec3 c(corner & 1 ? 1 : 0, corner & 2 ? 2 : 0, corner & 4 ? 4 : 0);
+            const double cosine = (c - eye).normalized().dot((target - eye).normalized());
+            EXPECT_GT(cosine, std::cos(scene.view.field_of_view / 2 * std::numbers::pi / 180));
+        }
+    }
 }
 
 TEST(Protocol, EventsAreValidJsonWhateverTheTexts) {

@@ -1,0 +1,127 @@
+#include "engine/mesh/mesh_io.hpp"
+
+#include "engine/base/error.hpp"
+
+#include <cmath>
+#include <exception>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <system_error>
+
+#include <assimp/Importer.hpp>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+namespace tetfront {
+
+namespace {
+
+/// Deeper node trees than this are nonsense, and recursion must end.
+constexpr int max_node_depth = 1000;
+
+void check_readable(const std::filesystem::path& file) {
+    std::error_code error;
+    const auto status = std::filesystem::status(file, error);
+    if (!std::filesystem::exists(status)) throw InputError{file.string(), "", "does not exist", "check the path"};
+    if (!std::filesystem::is_regular_file(status))
+        throw InputError{file.string(), "", "is not a file", "name a mesh file"};
+    const std::uintmax_t size = std::filesystem::file_size(file, error);
+    if (error) throw InputError{file.string(), "", "cannot be read: " + error.message(), ""};
+    if (size == 0) throw InputError{file.string(), "", "is empty", "export it again"};
+    if (size > max_surface_file)
+        throw InputError{file.string(), "", "has " + std::to_string(size >> 20) + " MiB",
+                         "surfaces up to " + std::to_string(max_surface_file >> 20) + " MiB are read: simplify it"};
+    if (!std::ifstream(file, std::ios::binary))
+        throw InputError{file.string(), "", "cannot be opened", "check its permissions"};
+}
+
+/// Appends the node's meshes and those of its children, in metres.
+class Collector {
+ public:
+    Collector(const std::filesystem::path& file, const aiScene& scene, double scale)
+        : file_(file.string()), scene_(scene), scale_(scale) {}
+
+    void add(const aiNode& node, const aiMatrix4x4& parent, int depth = 0) {
+        if (depth > max_node_depth) throw InputError{file_, "", "nests its nodes too deeply", "export it again"};
+        const aiMatrix4x4 transformation = parent * node.mTransformation;
+        for (unsigned i = 0; i < node.mNumMeshes; ++i) add(*scene_.mMeshes[node.mMeshes[i]], transformation);
+        for (unsigned i = 0; i < node.mNumChildren; ++i) add(*node.mChildren[i], transformation, depth + 1);
+    }
+    ImportedSurface result;
+
+ private:
+    void add(const aiMesh& mesh, const aiMatrix4x4& transformation) {
+        SurfaceMesh& out = result.mesh;
+        const std::size_t offset = out.positions.size();
+        if (out.triangles.size() + mesh.mNumFaces > max_surface_triangles)
+            throw InputError{file_, "", "has more than " + std::to_string(max_surface_triangles) + " triangles",
+                             "simplify it"};
+        for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+            const aiVector3D x = transformation * mesh.mVertices[v];
+            out.positions.emplace_back(scale_ * Vec3(x.x, x.y, x.z));
+            if (!out.positions.back().allFinite())
+                throw InputError{file_, "vertex " + std::to_string(offset + v), "is not finite or too large",
+                                 "coordinates must be finite numbers"};
+        }
+        for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+            const aiFace& face = mesh.mFaces[f];
+            if (face.mNumIndices != 3) continue;  // points and lines
+            std::array<std::int32_t, 3> triangle;
+            for (unsigned i = 0; i < 3; ++i) {
+                if (face.mIndices[i] >= mesh.mNumVertices)
+                    throw InputError{file_, "face " + std::to_string(f),
+                                     "refers to vertex " + std::to_string(face.mIndices[i]),
+                                     "its part has " + std::to_string(mesh.mNumVertices) + " vertices"};
+                triangle[i] = static_cast<std::int32_t>(offset + face.mIndices[i]);
+            }
+            out.triangles.push_back(triangle);
+        }
+        ++result.repairs.parts;
+    }
+
+    std::string file_;
+    const aiScene& scene_;
+    double scale_;
+};
+
+}  // namespace
+
+ImportedSurface read_surface(const std::filesystem::path& file, double scale) {
+    if (!(scale > 0) || !std::isfinite(scale))
+        throw InputError{file.string(), "", "the scale " + std::to_string(scale) + " is not usable",
+                         "use a number > 0"};
+    check_readable(file);
+    Assimp::Importer importer;
+    importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
+                                                            aiComponent_COLORS | aiComponent_TEXCOORDS |
+                                                            aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
+                                                            aiComponent_TEXTURES | aiComponent_LIGHTS |
+                                                            aiComponent_CAMERAS | aiComponent_MATERIALS);
+    const aiScene* scene = nullptr;
+    std::string problem;
+    try {
+        scene = importer.ReadFile(file.string(), aiProcess_RemoveComponent | aiProcess_Triangulate);
+        if (!scene) problem = importer.GetErrorString();
+    } catch (const std::exception& error) {
+        problem = error.what();
+    }
+    if (!problem.empty()) {
+        for (char& c : problem)
+            if (c == '\n') c = ' ';
+        throw InputError{file.string(), "", "cannot be read as a surface: " + problem,
+                         "use OBJ, STL, PLY, OFF, glTF, FBX or DAE with the matching file extension"};
+    }
+    Collector collector(file, *scene, scale);
+    if (scene && scene->mRootNode) collector.add(*scene->mRootNode, aiMatrix4x4());
+    ImportedSurface result = std::move(collector.result);
+    const std::size_t parts = result.repairs.parts;
+    if (!result.mesh.triangles.empty()) result.repairs = repair(result.mesh);
+    result.repairs.parts = parts;
+    if (result.mesh.triangles.empty())
+        throw InputError{file.string(), "", "has no triangles", "a point cloud or a set of lines encloses nothing"};
+    return result;
+}
+
+}  // namespace tetfront

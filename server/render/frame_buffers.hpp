@@ -1,0 +1,58 @@
+#pragma once
+// A frame in GL buffers. What did not change since the last frame (triangles, colours) is not sent again.
+//
+//     FrameBuffers buffers;
+//     buffers.update(frame, view);
+//     buffers.draw_surface();           // with a program that reads attributes 0 position, 1 normal, 2 colour
+
+#include "server/render/geometry.hpp"
+#include "server/render/gl.hpp"
+
+#include <memory>
+
+namespace tetfront {
+
+class FrameBuffers {
+ public:
+    /// reference_length [m]: sets the thickness of arrows.
+    void update(const Frame& frame, const View& view, float reference_length);
+
+    /// Whether there is anything but lines.
+    [[nodiscard]] bool has_solids() const { return show_surface_ || arrows_.index_count > 0; }
+    void draw_surface() const;  // nothing when the view hides the surface
+    void draw_arrows() const;
+    /// Attributes 0 and 1: ends, 2: colour; one instance of a 4-vertex strip per edge.
+    void draw_lines() const;
+
+ private:
+    void update_lines(const Frame& frame, const View& view);
+    void update_arrows(const Frame& frame, float radius);
+
+    struct Mesh {
+        GlVertexArray array;
+        GlBuffer positions, normals, colours, triangles;
+        GLsizei index_count = 0;
+
+        Mesh();
+        void set_triangles(std::span<const std::array<std::uint32_t, 3>> triangles_);
+        void draw() const;
+    };
+    struct LineInstance {
+        Point a, b;
+        std::array<std::uint8_t, 4> colour;
+    };
+
+    Mesh surface_, arrows_;
+    GlVertexArray line_array_;
+    GlBuffer line_buffer_;
+    std::vector<LineInstance> lines_;
+
+    VertexFaces faces_;
+    std::vector<Point> normals_;
+    std::shared_ptr<const FrameModel> model_;        // whose triangles are in the buffers
+    std::shared_ptr<const FrameTopology> topology_;  // whose colours are in the buffers
+    Colouring colouring_{};
+    bool show_surface_ = true;
+};
+
+}  // namespace tetfront

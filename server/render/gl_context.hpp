@@ -1,0 +1,33 @@
+#pragma once
+// One OpenGL 3.3 core context without a display, current on the thread that made it.
+//
+//     GlContext context;                     // on the render thread
+//     glClear(...);                          // from <GL/glcorearb.h>, on the same thread only
+//
+// Made with OSMesa (Mesa's software rasteriser). Mesa 25.1 drops OSMesa; EGL with the surfaceless platform gives the
+// same rasteriser, and this class is the only place that would change. Keep one context per process: contexts of one
+// process serialise each other, and making and destroying them leaks.
+
+#include <memory>
+
+namespace tetfront {
+
+class GlContext {
+ public:
+    /// Throws InputError when no context can be made.
+    GlContext();
+    ~GlContext();
+    GlContext(const GlContext&) = delete;
+    GlContext& operator=(const GlContext&) = delete;
+
+    /// Throws LogicError on another thread than the constructor's: GL would corrupt memory there without a word.
+    void check_thread() const;
+    /// Throws LogicError when a GL call since the last check failed. `where`: for the message.
+    void check_errors(const char* where) const;
+
+ private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tetfront

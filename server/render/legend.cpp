@@ -1,0 +1,171 @@
+#include "server/render/legend.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <vector>
+
+namespace tetfront {
+
+namespace {
+
+struct Inks {
+    Rgb strong, normal, weak, warning;
+};
+Inks inks(Background background) {
+    if (background == Background::dark)
+        return {{0xf2, 0xf4, 0xf7}, {0xcf, 0xd4, 0xdb}, {0x8a, 0x92, 0x9e}, {0xff, 0x9a, 0x76}};
+    return {{0x1c, 0x22, 0x2b}, {0x3f, 0x48, 0x55}, {0x8b, 0x93, 0x9f}, {0xb0, 0x2a, 0x12}};
+}
+
+std::string number(const char* format, double value) {
+    char text[64];
+    std::snprintf(text, sizeof text, format, value);
+    return text;
+}
+
+/// One drawing of the legend: where, with what.
+class Page {
+ public:
+    Page(Image& image, TextPainter& painter, const View& view)
+        : image_(image), painter_(painter), inks_(inks(view.background)), unit_(std::max(0.62, image.height / 720.0)) {}
+
+    void header(const Frame& frame, const std::string& title);
+    void key(const Frame& frame, const View& view);
+
+ private:
+    void levels(const Frame& frame, bool as_lines);
+    void stiffness(const FrameModel& model);
+    [[nodiscard]] double px(double at_720) const { return at_720 * unit_; }
+    /// Reserves a block above what is there already; false when the picture has no room for it.
+    bool reserve(double height, double width) {
+        if (bottom_ - height < top_ || width + 2 * px(margin) > image_.width) return false;
+        bottom_ -= height;
+        return true;
+    }
+    void text(double x, double y, const std::string& words, double size, Rgb colour, bool bold = false) {
+        painter_.draw(image_, x, y, words, {px(size), colour, bold});
+    }
+    double width(const std::string& words, double size, bool bold = false) {
+        return painter_.width(words, {px(size), {}, bold});
+    }
+
+    static constexpr double margin = 26, title_size = 20, text_size = 13.5;
+    Image& image_;
+    TextPainter& painter_;
+    Inks inks_;
+    double unit_;  // pixels per pixel of a picture 720 high
+    double top_ = px(margin), bottom_ = image_.height - px(margin);
+};
+
+void Page::header(const Frame& frame, const std::string& title) {
+    const FrameStatus& status = frame.status;
+    const auto& counts = frame.topology->tets_by_level;
+    const std::uint64_t tets = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+    std::string numbers = "t = " + number("%.2f", status.time) + " s   ·   " + with_thousands(tets) + " tets";
+    if (status.estimate > 0) numbers += "   ·   error estimate " + number("%.2g", 100 * status.estimate) + " %";
+    double force = 0;
+    for (const FramePull& pull : frame.pulls) force += static_cast<double>(pull.force);
+    if (!frame.pulls.empty()) numbers += "   ·   pull " + number("%.3g", force) + " N";
+    const double available = image_.width - 2 * px(margin);
+    if (!title.empty() && width(title, title_size, true) <= available) {
+        text(px(margin), top_ + px(15), title, title_size, inks_.strong, true);
+        top_ += px(27);
+    }
+    if (width(numbers, text_size) <= available) {
+        text(px(margin), top_ + px(11), numbers, text_size, inks_.normal);
+        top_ += px(22);
+    }
+    if (!status.warning.empty() && width(status.warning, text_size) <= available) {
+        text(px(margin), top_ + px(11), status.warning, text_size, inks_.warning);
+        top_ += px(22);
+    }
+}
+
+void Page::levels(const Frame& frame, bool as_lines) {
+    const auto& counts = frame.topology->tets_by_level;
+    std::vector<std::string> tets;
+    double widest = 0;
+    for (const std::uint32_t count : counts) {
+        tets.push_back(with_thousands(count));
+        widest = std::max(widest, width(tets.back(), text_size));
+    }
+    const double row = px(21), label = px(margin + 28), heading = px(24);
+    const double numbers_end = label + width("level 0", text_size) + px(18) + widest;
+    const double rows = row * static_cast<double>(counts.size());
+    if (!reserve(heading + rows, numbers_end + width(" tets", text_size) - px(margin))) return;
+    text(px(margin), bottom_ + px(11), as_lines ? "Edges of the front" : "Level of refinement", text_size, inks_.strong,
+         true);
+    for (std::size_t level = 0; level < counts.size(); ++level) {
+        const double y = bottom_ + heading + row * static_cast<double>(level);
+        const Rgb colour = level_colour(static_cast<int>(level)), ink = counts[level] ? inks_.normal : inks_.weak;
+        const double height = as_lines ? px(3.5) : px(14);
+        fill_rectangle(image_, px(margin), y + px(8) - height / 2, px(18), height, px(3), colour);
+        text(label, y + px(13), "level " + std::to_string(level), text_size, ink);
+        text(numbers_end - width(tets[level], text_size), y + px(13), tets[level], text_size, ink);
+        text(numbers_end, y + px(13), " tets", text_size, ink);
+    }
+}
+
+void Page::stiffness(const FrameModel& model) {
+    const double low = static_cast<double>(model.young_range[0]), high = static_cast<double>(model.young_range[1]);
+    const bool logarithmic = is_logarithmic(model.young_range), single = !(high > low);
+    const double bar = px(240), bar_height = px(12), x = px(margin);
+    if (!reserve(px(62), bar)) return;
+    const std::string what = "Young’s modulus";
+    text(x, bottom_ + px(11), what, text_size, inks_.strong, true);
+    const double what_width = width(what, text_size, true);
+    const std::string how = single ? "  the same everywhere" : logarithmic ? "  logarithmic" : "";
+    text(x + what_width, bottom_ + px(11), how, text_size, inks_.weak);
+    const double y = bottom_ + px(24);
+    if (single) {
+        fill_rectangle(image_, x, y, px(18), px(14), px(3), map_colour(0.5));
+        text(x + px(28), y + px(12), pascals(low), text_size, inks_.normal);
+        return;
+    }
+    const int columns = static_cast<int>(bar);
+    for (int i = 0; i < columns; ++i)
+        fill_rectangle(image_, std::floor(x) + i, y, 1, bar_height, 0, map_colour((i + 0.5) / columns));
+    const double middle = logarithmic ? std::sqrt(low * high) : (low + high) / 2;
+    const std::string labels[] = {pascals(low), pascals(middle), pascals(high)};
+    for (int i = 0; i < 3; ++i) {
+        fill_rectangle(image_, std::floor(x) + std::min(i * bar / 2, bar - 1), y + bar_height, 1, px(4), 0, inks_.weak);
+        const double shift = i * width(labels[i], text_size) / 2;
+        text(x + i * bar / 2 - shift, y + bar_height + px(19), labels[i], text_size, inks_.normal);
+    }
+}
+
+void Page::key(const Frame& frame, const View& view) {
+    const bool by_stiffness = view.surface && view.colouring == Colouring::stiffness;
+    if (by_stiffness) {
+        stiffness(*frame.model);
+        bottom_ -= px(14);
+    }
+    if (!by_stiffness || view.wireframe) levels(frame, by_stiffness || !view.surface);
+}
+
+}  // namespace
+
+void Legend::draw(Image& image, const Frame& frame, const View& view, const std::string& title) {
+    if (!painter_) painter_ = std::make_unique<TextPainter>();
+    Page page(image, *painter_, view);
+    page.header(frame, title);
+    page.key(frame, view);
+}
+
+std::string with_thousands(std::uint64_t number) {
+    std::string digits = std::to_string(number);
+    for (std::size_t i = digits.size(); i > 3;) digits.insert(i -= 3, 1, ',');
+    return digits;
+}
+
+std::string pascals(double value) {
+    static constexpr const char* units[] = {" Pa", " kPa", " MPa", " GPa", " TPa"};
+    std::size_t unit = 0;
+    // 999.5 would print as 1e+03 with three digits.
+    for (; std::abs(value) >= 999.5 && unit + 1 < std::size(units); ++unit) value /= 1000;
+    return number("%.3g", value) + units[unit];
+}
+
+}  // namespace tetfront
