@@ -17,6 +17,7 @@
 #include "engine/mechanics/cell_problem.hpp"
 
 #include <array>
+#include <limits>
 #include <vector>
 
 namespace tetfront {
@@ -29,6 +30,14 @@ inline constexpr StrainRange unbounded_range = [] {
     for (auto& r : range) r = {-infinity, infinity};
     return range;
 }();
+
+/// Nonlinear sampling of the cell problem.
+struct SamplingSettings {
+    /// Magnitudes of the Green strains that are sampled on both sides, ascending, in (0, 0.49).
+    std::vector<double> alphas = {0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32};
+    double relative_tolerance = 1e-2;  // T1 of (4)
+    double stress_tolerance = 1e-4;    // T2 of (5), in units of the tet's mean diagonal stiffness
+};
 
 struct SampledCell {
     Sym6 elasticity;          // [Pa] the fitted matrix, symmetric positive definite

@@ -14,7 +14,7 @@
 #include "engine/base/types.hpp"
 #include "engine/base/voigt.hpp"
 #include "engine/material/stiffness.hpp"
-#include "engine/mechanics/cell_problem.hpp"
+#include "engine/mechanics/cell_sampling.hpp"
 #include "engine/tree/tet_tree.hpp"
 
 #include <array>
@@ -31,14 +31,6 @@ struct LeafMaterials {
     std::vector<double> density;            // [leaves] [kg/m^3] > 0
     std::vector<double> mass_damping;       // [leaves] [1/s] >= 0
     std::vector<double> stiffness_damping;  // [leaves] [s] >= 0
-};
-
-/// Nonlinear sampling of the cell problem ([Imai] 4.2, 4.3; cell_sampling.hpp).
-struct SamplingSettings {
-    /// Magnitudes of the Green strains that are sampled on both sides, ascending, in (0, 0.49).
-    std::vector<double> alphas = {0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32};
-    double relative_tolerance = 1e-2;  // T1 of (4)
-    double stress_tolerance = 1e-4;    // T2 of (5), in units of the tet's mean diagonal stiffness
 };
 
 struct EstimationSettings {
@@ -68,7 +60,7 @@ struct ElasticityMatrices {
     PerTet<Sym6> bracket;
     /// [T] valid range of each Voigt strain component, [Imai] eq. (6): {min, max}; infinite where the linear law holds.
     /// Empty: all infinite. A parent's range never promises more than its children's do.
-    PerTet<std::array<std::array<double, 2>, 6>> valid_range;
+    PerTet<StrainRange> valid_range;
     /// [T] Rayleigh coefficients [1/s], [s]; empty: all 0. Mass damping is the leaves' mean weighted by mass; stiffness
     /// damping is weighted by the energy that each child holds in the relaxed cell, so that the parent dissipates what
     /// its children would.
@@ -93,6 +85,9 @@ inline ElasticityMatrices estimate_elasticity(const TetTree& tree, const LeafMat
                                               const EstimationProgress& progress = {}) {
     return estimate_elasticity(tree, leaves, EstimationSettings{problem, {}}, progress);
 }
+
+/// Sets the Rayleigh coefficients of `matrices`, whose elasticity has been estimated. (estimate_elasticity calls it.)
+void add_damping(const TetTree& tree, const LeafMaterials& leaves, CellProblem problem, ElasticityMatrices& matrices);
 
 /// [T] density of every tet [kg/m^3]: the mean of its leaves.
 PerTet<double> coarse_density(const TetTree& tree, const LeafMaterials& leaves);
