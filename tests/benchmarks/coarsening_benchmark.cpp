@@ -1,11 +1,11 @@
 // Throughput of the elasticity matrices: parents a second and core, linear and with nonlinear sampling.
 //   build/release/tests/coarsening_benchmark
 
+#include "engine/mechanics/cell_sampling.hpp"
+
 #include <random>
 
 #include <benchmark/benchmark.h>
-
-#include "engine/mechanics/cell_sampling.hpp"
 
 namespace {
 
@@ -30,7 +30,8 @@ void linear(benchmark::State& state) {
     const auto list = parents(100);
     std::size_t i = 0;
     for (auto _ : state)
-        benchmark::DoNotOptimize(solve_cell(static_cast<CellProblem>(state.range(0)), gradients(), list[i++ % list.size()]));
+        benchmark::DoNotOptimize(
+            solve_cell(static_cast<CellProblem>(state.range(0)), gradients(), list[i++ % list.size()]));
     state.SetItemsProcessed(state.iterations());
 }
 BENCHMARK(linear)->ArgName("problem")->DenseRange(0, 3);
