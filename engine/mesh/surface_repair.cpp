@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <tuple>
@@ -132,7 +133,7 @@ struct Component {
     std::vector<std::int32_t> triangles;
     bool closed = true;
     double volume = 0, area = 0;  // signed volume, seen from the area-weighted middle
-    Vec3 low, high;
+    Vec3 low = Vec3::Zero(), high = Vec3::Zero();
 };
 
 class Orienter {
