@@ -297,12 +297,11 @@ SurfaceRepairs repair(SurfaceMesh& surface) {
 }
 
 std::string describe(const SurfaceRepairs& r) {
-    std::string text;
+    std::string text;  // welded vertices are no news: most formats store them once for each triangle
     const auto say = [&](std::size_t count, const char* what) {
         if (count) text += std::to_string(count) + " " + what + "\n";
     };
     say(r.parts > 1 ? r.parts : 0, "parts merged");
-    say(r.welded_vertices, "vertices welded");
     say(r.unused_vertices, "unused vertices dropped");
     say(r.degenerate_triangles, "degenerate triangles dropped");
     say(r.duplicate_triangles, "duplicate triangles dropped");
