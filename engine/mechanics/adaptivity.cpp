@@ -188,16 +188,47 @@ void Adaptivity::measure(const Front& front, const ElementSet& elements, const P
     estimate_ = reference_energy_ > 0 ? eta2_total_ / reference_energy_ : 0;
 }
 
+class Adaptivity::MergeQueue {
+ public:
+    MergeQueue(std::vector<MergeCandidate>& candidates, Front& front, const PerTet<std::uint64_t>& rest_until, std::uint64_t step)
+        : candidates_(candidates), front_(front), rest_until_(rest_until), step_(step) {
+        std::stable_sort(candidates_.begin(), candidates_.end(),
+                         [](const MergeCandidate& a, const MergeCandidate& b) { return a.cost < b.cost; });
+    }
+    /// Cost of the cheapest merge that is possible now; infinite when there is none.
+    double cheapest(bool also_resting = false) {
+        for (; next_ < candidates_.size(); ++next_) {
+            const TetId parent = candidates_[next_].parent;
+            const bool resting = !also_resting && std::ranges::any_of(front_.tree().children(parent), [&](TetId t) { return rest_until_[t] > step_; });
+            if (!resting && front_.can_merge(parent)) return candidates_[next_].cost;
+        }
+        return std::numeric_limits<double>::infinity();
+    }
+    /// Makes the merge that cheapest() found.
+    void merge() { front_.merge(candidates_[next_++].parent); }
+    void rewind() { next_ = 0; }
+
+ private:
+    std::vector<MergeCandidate>& candidates_;
+    Front& front_;
+    const PerTet<std::uint64_t>& rest_until_;
+    std::uint64_t step_;
+    std::size_t next_ = 0;
+};
+
 std::array<int, 2> Adaptivity::adapt(Front& front, std::uint64_t step, const AdaptivitySettings& settings) {
     rest_until_.resize(front.tree().tet_count(), 0);
     const std::vector<TetId> tets = front.active();
     const double goal = settings.tolerance * reference_energy_;
     const auto most = std::max<std::size_t>(4, static_cast<std::size_t>(settings.most_change * static_cast<double>(tets.size())));
     std::array<int, 2> changes = {0, 0};
+    const auto fits = [&] { return front.active_count() + 7 <= settings.most_tets; };
 
     for (std::size_t e = 0; e < tets.size(); ++e) {
-        if ((out_of_range_[e] || (*unresolved_)[tets[e]]) && front.split(tets[e])) ++changes[0];
+        const bool forced = (*unresolved_)[tets[e]] || (out_of_range_[e] && fits());
+        if (forced && front.split(tets[e])) ++changes[0];
     }
+    MergeQueue merges(candidates_, front, rest_until_, step);
     double total = eta2_total_;
     if (total > goal) {
         std::vector<std::size_t> worst(tets.size());
@@ -206,28 +237,34 @@ std::array<int, 2> Adaptivity::adapt(Front& front, std::uint64_t step, const Ada
         std::stable_sort(worst.begin(), worst.end(), [&](std::size_t a, std::size_t b) { return eta2_[a] > eta2_[b]; });
         // What a split leaves of eta^2: h^2 for linear, at most h^4 (less near singularities) for quadratic tets.
         const double left = front.order() == 1 ? 0.25 : 0.125;
-        const std::size_t limit = total > 4 * goal ? worst.size() : most;
-        for (std::size_t n = 0; n < std::min(limit, worst.size()) && total > 0.7 * goal; ++n) {
-            if (!(eta2_[worst[n]] > 0)) break;
+        const std::size_t limit = std::min(total > 4 * goal ? worst.size() : most, worst.size());
+        for (std::size_t n = 0; n < limit && total > 0.7 * goal; ++n) {
+            const double gain = (1 - left) * eta2_[worst[n]];
+            if (!(gain > 0)) break;
+            while (!fits() && merges.cheapest() < 0.5 * gain) {
+                total += std::max(merges.cheapest(), 0.0);
+                merges.merge();
+                ++changes[1];
+            }
+            if (!fits()) break;
             if (front.split(tets[worst[n]])) ++changes[0];
-            total -= (1 - left) * eta2_[worst[n]];
+            total -= gain;
         }
     } else {
-        std::stable_sort(candidates_.begin(), candidates_.end(),
-                         [](const MergeCandidate& a, const MergeCandidate& b) { return a.cost < b.cost; });
         const bool economy = total < settings.lower_band * goal;
         const double next_to_nothing = 0.02 * goal / static_cast<double>(tets.size());
-        for (const MergeCandidate& c : candidates_) {
-            if (static_cast<std::size_t>(changes[1]) >= most) break;
-            const bool cheap = c.cost <= next_to_nothing;
-            if (!cheap && !(economy && total + c.cost <= 0.6 * goal)) break;
-            const auto children = front.tree().children(c.parent);
-            if (std::ranges::any_of(children, [&](TetId t) { return rest_until_[t] > step; })) continue;
-            if (!front.can_merge(c.parent)) continue;
-            front.merge(c.parent);
-            total += std::max(c.cost, 0.0);
+        while (static_cast<std::size_t>(changes[1]) < most) {
+            const double cost = merges.cheapest();
+            if (!(cost <= next_to_nothing || (economy && total + cost <= 0.6 * goal))) break;
+            merges.merge();
+            total += std::max(cost, 0.0);
             ++changes[1];
         }
+    }
+    merges.rewind();
+    while (front.active_count() > settings.most_tets && std::isfinite(merges.cheapest(true))) {
+        merges.merge();
+        ++changes[1];
     }
     return changes;
 }

@@ -11,7 +11,7 @@
 //
 // The front is left alone while the estimate is inside the band [lower, 1] x tolerance. Above it the worst tets are split
 // until the predicted estimate is back in the middle, below it the cheapest merges are made; merges that cost next to
-// nothing are made at any time. A tet rests for `dwell` steps after it was activated before it may be merged away.
+// nothing are made at any time. A budget bounds the number of tets: then the worst splits trade with the cheapest merges. A tet rests for `dwell` steps after it was activated before it may be merged away.
 // The valid strain range of [Imai] eq. (6) splits a tet whatever its indicator, and forbids the merge into it.
 //
 //     Adaptivity adaptivity(matrices, unresolved);
@@ -19,6 +19,7 @@
 //     auto [splits, merges] = adaptivity.adapt(front, step, settings);
 //     adaptivity.rest(front.commit().activated, step, settings);
 
+#include <limits>
 #include <vector>
 
 #include "engine/base/types.hpp"
@@ -34,6 +35,9 @@ struct AdaptivitySettings {
     double lower_band = 0.4;        // of the tolerance: nothing is merged for economy above this
     double most_change = 0.05;      // of the front per step, unless the estimate is far off
     int dwell = 8;                  // steps
+    /// Budget: the front never grows beyond this many tets. At the limit a tet is split only when another place can be
+    /// merged at less than half of what the split gains (two queues, as in ROAM: Duchaineau et al. 1997).
+    std::size_t most_tets = std::numeric_limits<std::size_t>::max();
     /// [J] energy below which deformations are taken for nothing.
     double energy_floor = 0;
     double memory = 1;              // [s] the energy that errors are measured against decays with this time constant
@@ -67,6 +71,8 @@ class Adaptivity {
         TetId parent;
         double cost = 0;  // eta^2 of the parent minus that of the children [J]
     };
+    /// The candidates' merges in the order of their costs; each at most once.
+    class MergeQueue;
     template <int Order>
     void measure_order(const Front& front, const ElementSet& elements, const PerVertex<Vec3>& x, double bracket_weight);
     template <int Order>

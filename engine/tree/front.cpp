@@ -49,6 +49,7 @@ Front::Front(const TetTree& tree, int order, int min_level, int max_level)
         touched_tets_.push_back(t);
         if (order_ == 2) open(t, 1);
     }
+    active_count_ = tree.root_count();
     for (int level = 0; level < min_level_; ++level)
         for (TetId t : tree.level(level)) split(t);
     commit();
@@ -71,6 +72,7 @@ void Front::open(TetId t, int sign) {
 bool Front::split(TetId t) {
     if (!is_active(t) || tree_->level_of(t) >= max_level_) return false;
     status_[t] = Status::refined;
+    active_count_ += 7;
     touched_tets_.push_back(t);
     if (order_ == 1) open(t, 1);
     for (TetId c : tree_->children(t)) {
@@ -111,6 +113,7 @@ bool Front::can_merge(TetId t) const {
 void Front::merge(TetId t) {
     CHECK_DEBUG(can_merge(t), "tet ", t.value);
     status_[t] = Status::active;
+    active_count_ -= 7;
     touched_tets_.push_back(t);
     if (order_ == 1) open(t, -1);
     for (TetId c : tree_->children(t)) {
@@ -197,6 +200,7 @@ void Front::validate() const {
         ENSURE(!is_active(t) || tree_->level_of(t) >= min_level_, "tet ", t.value);
         ENSURE(std::binary_search(active_.begin(), active_.end(), t) == is_active(t), "tet ", t.value, " list");
     }
+    ENSURE(active_count_ == active_.size(), active_count_, ' ', active_.size());
     ENSURE(std::is_sorted(vertices_.begin(), vertices_.end()) && std::is_sorted(hanging_.begin(), hanging_.end()), "");
     for (VertexId v : ids<VertexId>(tree_->vertex_count())) {
         std::size_t opened = 0;

@@ -73,6 +73,8 @@ class Front {
     const Change& commit();
 
     [[nodiscard]] const std::vector<TetId>& active() const { return active_; }          // ascending
+    /// Active tets right now, also between split() or merge() and commit().
+    [[nodiscard]] std::size_t active_count() const { return active_count_; }
     [[nodiscard]] const std::vector<VertexId>& vertices() const { return vertices_; }    // free and hanging, ascending
     [[nodiscard]] const std::vector<VertexId>& hanging() const { return hanging_; }      // ascending
     [[nodiscard]] std::size_t free_count() const { return vertices_.size() - hanging_.size(); }
@@ -129,6 +131,7 @@ class Front {
     PerVertex<VertexState> vertex_state_; // [V of the tree] as of the last commit
     std::vector<TetId> active_;
     std::vector<VertexId> vertices_, hanging_;
+    std::size_t active_count_ = 0;
     std::uint32_t epoch_ = 0;
 
     std::vector<VertexId> touched_vertices_;  // since the last commit, with repetitions

@@ -156,7 +156,7 @@ void Legend::draw(Image& image, const Frame& frame, const View& view, const std:
 
 std::string with_thousands(std::uint64_t number) {
     std::string digits = std::to_string(number);
-    for (std::size_t i = digits.size(); i > 3;) digits.insert(i -= 3, ",");
+    for (std::size_t i = digits.size(); i > 3;) digits.insert(i -= 3, 1, ',');
     return digits;
 }
 

@@ -21,12 +21,12 @@ struct Rgb {
 };
 
 /// Level of refinement, 0 = coarsest. Levels beyond the last colour repeat it.
-inline constexpr std::array<Rgb, 7> level_colours = {{{0x42, 0x2f, 0x87},
-                                                      {0x17, 0x77, 0xb8},
-                                                      {0x1b, 0xb2, 0xab},
-                                                      {0x72, 0xd5, 0x77},
-                                                      {0xd8, 0xdf, 0x44},
-                                                      {0xfc, 0xe6, 0x7a},
+inline constexpr std::array<Rgb, 7> level_colours = {{{0x5b, 0x3b, 0xb3},
+                                                      {0x23, 0x82, 0xcb},
+                                                      {0x10, 0xb9, 0xb5},
+                                                      {0x72, 0xd9, 0x7c},
+                                                      {0xd3, 0xe0, 0x48},
+                                                      {0xfd, 0xe7, 0x7c},
                                                       {0xff, 0xf6, 0xd0}}};
 
 /// Stops of the stiffness map at equal distances, soft to stiff; in between piecewise linear in encoded values.

@@ -2,12 +2,12 @@
 
 #include "engine/base/error.hpp"
 #include "engine/base/parallel.hpp"
-#include "server/render/ambient_occlusion.hpp"
 #include "server/render/frame_buffers.hpp"
 #include "server/render/gl_context.hpp"
 #include "server/render/legend.hpp"
 #include "server/render/shaders.hpp"
 #include "server/render/shadows.hpp"
+#include "server/render/visibility.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +30,7 @@ struct Tone {
 Tone tone(Background background) {
     const auto grey = [](float r, float g, float b) { return Vector3f(r, g, b); };
     if (background == Background::dark)
-        return {grey(0.145F, 0.155F, 0.172F), grey(0.235F, 0.245F, 0.262F), grey(0.02F, 0.022F, 0.03F)};
+        return {grey(0.145F, 0.155F, 0.172F), grey(0.20F, 0.21F, 0.228F), grey(0.02F, 0.022F, 0.03F)};
     return {grey(0.975F, 0.978F, 0.982F), grey(0.868F, 0.874F, 0.884F), grey(0.16F, 0.175F, 0.21F)};
 }
 
@@ -73,7 +73,7 @@ struct Renderer::Impl {
     GlTexture colour, depth;
     FrameBuffers buffers;
     Shadows shadows;
-    AmbientOcclusion occlusion;
+    Visibility visibility;
     Legend legend;
     std::vector<std::uint8_t> samples;  // read back: RGBA, bottom-up
 
@@ -101,7 +101,7 @@ Image Renderer::render(const Frame& frame, const View& view, const std::string& 
     if (view.floor) floor = static_cast<float>(*view.floor);
     if (impl_->buffers.has_solids()) {
         impl_->shadows.draw(impl_->buffers, studio, box, size, floor);
-        impl_->occlusion.draw(impl_->buffers, view, projected.clip_from_eye, size);
+        impl_->visibility.draw(impl_->buffers, view, projected.clip_from_eye, studio, impl_->shadows, size);
     }
 
     Image image(view.width, view.height, view.background == Background::transparent ? 4 : 3);
@@ -157,15 +157,13 @@ void Renderer::Impl::draw_tile(const Tile& tile, const View& view, const Project
     glDepthFunc(GL_LESS);
     if (buffers.has_solids()) {
         surface.use();
-        shadows.bind_key(surface, 0);
-        surface.set_texture("occlusion", 1, GL_TEXTURE_2D, occlusion.texture());
+        surface.set_texture("visibility", 0, GL_TEXTURE_2D, visibility.texture());
         surface.set("clip_from_world", clip);
         surface.set("eye", Vector3f(view.eye.cast<float>()));
         surface.set("up", studio.up);
         surface.set("key_light", studio.key);
         surface.set("fill_light", studio.fill);
         surface.set("rim_light", studio.rim);
-        surface.set("size", size);
         surface.set("tile", in_picture);
         surface.set("tile_samples", Eigen::Vector2f(tile_width, tile_height));
         buffers.draw_surface();

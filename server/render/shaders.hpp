@@ -55,104 +55,131 @@ out vec4 result;
 void main() { result = vec4(normalize(gl_FrontFacing ? eye_normal : -eye_normal), eye_distance); }
 )glsl";
 
-/// Ambient obscurance (McGuire et al. 2011): neighbours in a disc of world radius `reach` that rise above the tangent
-/// plane. The spiral is turned in a 4x4 pattern that the blur below averages out.
-inline constexpr const char* occlusion_fragment = R"glsl(
+/// How much of the sky (R) and of the key light (G) each visible point sees. Sky: ambient obscurance (McGuire et al.
+/// 2011), neighbours in a disc of world radius `reach` that rise above the tangent plane. Key: share of a small disc of
+/// the light's depth map that is not in front. Spirals are turned in a 4x4 pattern that the blur below averages out.
+inline constexpr const char* visibility_fragment = R"glsl(
 in vec2 uv;
 uniform sampler2D eye;          // normal, distance
 uniform vec2 half_extent;       // tan of half the field of view, x and y
 uniform float reach, size;
+uniform vec3 key_light;         // eye space
+uniform sampler2DShadow light_depth;
+uniform mat4 light_from_eye;    // to texture space, 0..1
+uniform float light_width;
 out vec4 result;
-const int taps = 14;
+const int sky_taps = 14, key_taps = 8;
 vec3 at(vec2 p, float d) { return vec3((2.0 * p - 1.0) * half_extent * d, -d); }
-void main() {
-    vec4 here = texture(eye, uv);
-    if (here.w <= 0.0) { result = vec4(1.0); return; }
-    vec3 x = at(uv, here.w), n = here.xyz;
-    ivec2 cell = ivec2(gl_FragCoord.xy) & 3;
-    float turn = float((cell.x * 5 + cell.y * 7 + (cell.x ^ cell.y) * 3) & 15) * (2.0 * pi / 16.0);
-    vec2 radius = 0.5 * reach / (here.w * half_extent);
+float sky(vec3 x, vec3 n, float distance, float turn) {
+    vec2 radius = 0.5 * reach / (distance * half_extent);
     float sum = 0.0;
-    for (int i = 0; i < taps; ++i) {
-        vec2 p = uv + radius * disc(i, taps, turn);
+    for (int i = 0; i < sky_taps; ++i) {
+        vec2 p = uv + radius * disc(i, sky_taps, turn);
         float d = texture(eye, p).w;
-        if (d <= 0.0) continue;
         vec3 v = at(p, d) - x;
         float vv = dot(v, v), vn = dot(v, n) - 0.004 * size;
-        float falloff = max(0.0, 1.0 - vv / (reach * reach));
+        float falloff = d > 0.0 ? max(0.0, 1.0 - vv / (reach * reach)) : 0.0;
         sum += falloff * falloff * max(0.0, vn) * inversesqrt(vv + 1e-6 * size * size);
     }
-    result = vec4(max(0.0, 1.0 - 2.6 * sum / float(taps)));
+    return max(0.0, 1.0 - 2.6 * sum / float(sky_taps));
+}
+float key(vec3 x, vec3 n, float turn) {
+    float facing = dot(n, key_light);
+    if (facing <= 0.0) return 0.0;
+    vec3 light = (light_from_eye * vec4(x + n * size * (0.004 + 0.012 * (1.0 - facing)), 1.0)).xyz;
+    float sum = 0.0, radius = 0.014 * size / light_width;
+    for (int i = 0; i < key_taps; ++i)
+        sum += texture(light_depth, vec3(light.xy + radius * disc(i, key_taps, turn), light.z));
+    return sum / float(key_taps);
+}
+void main() {
+    vec4 here = texture(eye, uv);
+    if (here.w <= 0.0) discard;
+    vec3 x = at(uv, here.w);
+    ivec2 cell = ivec2(gl_FragCoord.xy) & 3;
+    float turn = float((cell.x * 5 + cell.y * 7 + (cell.x ^ cell.y) * 3) & 15) * (2.0 * pi / 16.0);
+    result = vec4(sky(x, here.xyz, here.w, turn), key(x, here.xyz, turn), 0.0, 1.0);
 })glsl";
-inline constexpr const char* occlusion_blur_fragment = R"glsl(
+/// Averages 4x4 neighbours of about the same distance. Pixels just outside of the silhouette take over their
+/// neighbours' values, because samples of the finer picture fall on them.
+inline constexpr const char* visibility_blur_fragment = R"glsl(
 in vec2 uv;
-uniform sampler2D occlusion, eye;
+uniform sampler2D visibility, eye;
 uniform float size;
 out vec4 result;
 void main() {
-    ivec2 here = ivec2(gl_FragCoord.xy);
+    ivec2 here = ivec2(gl_FragCoord.xy), last = textureSize(eye, 0) - 1;
     float d = texelFetch(eye, here, 0).w;
-    if (d <= 0.0) { result = vec4(1.0); return; }
-    ivec2 last = textureSize(eye, 0) - 1;
-    float sum = 0.0, weights = 0.0;
+    vec2 sum = vec2(0.0);
+    float weights = 0.0;
     for (int y = -2; y < 2; ++y) {
         for (int x = -2; x < 2; ++x) {
             ivec2 p = clamp(here + ivec2(x, y), ivec2(0), last);
-            float w = abs(texelFetch(eye, p, 0).w - d) < 0.03 * size ? 1.0 : 0.0;
-            sum += w * texelFetch(occlusion, p, 0).r;
+            float there = texelFetch(eye, p, 0).w;
+            float w = there > 0.0 && (d <= 0.0 || abs(there - d) < 0.03 * size) ? 1.0 : 0.0;
+            sum += w * texelFetch(visibility, p, 0).rg;
             weights += w;
         }
     }
-    result = vec4(weights > 0.0 ? sum / weights : 1.0);
+    result = vec4(weights > 0.0 ? sum / weights : vec2(1.0), 0.0, 1.0);
 })glsl";
 
-/// Darkness of the floor, in floor coordinates: the key light's soft shadow, whose penumbra widens with the height of
-/// what casts it (Fernando 2005), and the share of the sky that the object hides.
-inline constexpr const char* floor_bake_fragment = R"glsl(
+/// Share of the sky that the object hides from the floor, in floor coordinates: the sum of form factors
+/// h^2 / (pi (h^2 + r^2)^2) dA of horizontal patches at height h and distance r.
+inline constexpr const char* floor_sky_fragment = R"glsl(
 in vec2 uv;
-uniform sampler2D light_depth;         // of the key light
-uniform sampler2D height;              // of the object's underside above the floor, 0..1 of `height_range`; 1: nothing
-uniform mat4 light_from_world;         // to texture space, 0..1
-uniform mat4 world_from_floor;         // from (u, v) in 0..1
-uniform float light_range;             // [m] depth range of the light's map
-uniform float light_width;             // [m] width of the map
-uniform float height_range;            // [m]
-uniform float floor_width;             // [m] width of the baked square; the height map covers the same square
+uniform sampler2D height;        // of the object's underside above the floor, 0..1 of `height_range`; 1: nothing
+uniform float height_range;      // [m]
+uniform float floor_width;       // [m] width of the square that all floor textures cover
 uniform float size;
 out vec4 result;
-const int search_taps = 12, shadow_taps = 24, sky_taps = 40;
+const int taps = 72;
 void main() {
-    vec4 world = world_from_floor * vec4(uv, 0.0, 1.0);
-    vec3 light = (light_from_world * world).xyz;
-    // Blockers on the way to an area light of angular radius ~ 7 degrees.
-    float spread = 0.12, depth = 0.0, blockers = 0.0;
-    float search = spread * 0.5 * size / light_width;
+    ivec2 cell = ivec2(gl_FragCoord.xy) & 3;
+    float turn = float((cell.x * 5 + cell.y * 7 + (cell.x ^ cell.y) * 3) & 15) * (2.0 * pi / 16.0);
+    float reach = 0.8 * size, sky = 0.0;
+    for (int i = 0; i < taps; ++i) {
+        float u = (float(i) + 0.5) / float(taps), r = reach * u, angle = 2.39996323 * float(i) + turn;
+        float h = texture(height, uv + r / floor_width * vec2(cos(angle), sin(angle))).r;
+        float above = max(h * height_range, 0.05 * size), hh = above * above + r * r;
+        sky += h < 1.0 ? u * above * above / (hh * hh) : 0.0;
+    }
+    result = vec4(min(1.0, sky * 2.0 * reach * reach / float(taps)));
+})glsl";
+
+/// Darkness of the floor: the key light's soft shadow, whose penumbra widens with the height of what casts it
+/// (Fernando 2005), and the hidden share of the sky.
+inline constexpr const char* floor_bake_fragment = R"glsl(
+in vec2 uv;
+uniform sampler2D light_depth;   // of the key light
+uniform sampler2D hidden_sky;
+uniform mat4 light_from_world;   // to texture space, 0..1
+uniform mat4 world_from_floor;   // from (u, v) in 0..1
+uniform float light_width;       // [m] width and depth range of the light's map
+uniform float size;
+out vec4 result;
+const int search_taps = 12, shadow_taps = 24;
+const float spread = 0.12;       // diameter over distance of the light: an area light, seen under 7 degrees
+float key_shadow(vec3 light) {
+    float search = spread * 0.5 * size / light_width, limit = min(light.z, 1.0);
+    if (any(lessThan(light.xy, vec2(-search))) || any(greaterThan(light.xy, vec2(1.0 + search)))) return 0.0;
+    float depth = 0.0, blockers = 0.0;
     for (int i = 0; i < search_taps; ++i) {
         float d = texture(light_depth, light.xy + search * disc(i, search_taps, 0.0)).r;
-        if (d < min(light.z, 1.0)) { depth += d; blockers += 1.0; }
+        float blocks = d < limit ? 1.0 : 0.0;
+        depth += blocks * d, blockers += blocks;
     }
-    float key = 0.0;
-    if (blockers > 0.0) {
-        float gap = (light.z - depth / blockers) * light_range;
-        float radius = max(spread * gap, 0.008 * size) / light_width;
-        for (int i = 0; i < shadow_taps; ++i)
-            key += texture(light_depth, light.xy + radius * disc(i, shadow_taps, 0.0)).r < min(light.z, 1.0) ? 1.0 : 0.0;
-        key /= float(shadow_taps);
-    }
-    // Form factor of horizontal patches at height h and distance r: h^2 / (pi (h^2 + r^2)^2) dA, taps denser inside.
-    float reach = 0.8 * size, sky = 0.0;
-    for (int i = 0; i < sky_taps; ++i) {
-        float u = (float(i) + 0.5) / float(sky_taps), r = reach * u, angle = 2.39996323 * float(i);
-        float h = texture(height, uv + r / floor_width * vec2(cos(angle), sin(angle))).r;
-        if (h >= 1.0) continue;
-        h = max(h * height_range, 0.05 * size);
-        float hh = h * h + r * r;
-        sky += 2.0 * reach * reach * u / float(sky_taps) * h * h / (hh * hh);
-    }
-    sky = min(sky, 1.0);
-    float edge = length(2.0 * uv - 1.0);
-    float darkness = 1.0 - (1.0 - 0.34 * key) * (1.0 - 0.5 * sky);
-    result = vec4(darkness * (1.0 - smoothstep(0.7, 1.0, edge)));
+    if (blockers == 0.0) return 0.0;
+    float gap = (light.z - depth / blockers) * light_width;
+    float radius = max(spread * gap, 0.008 * size) / light_width, key = 0.0;
+    for (int i = 0; i < shadow_taps; ++i)
+        key += texture(light_depth, light.xy + radius * disc(i, shadow_taps, 0.0)).r < limit ? 1.0 : 0.0;
+    return key / float(shadow_taps);
+}
+void main() {
+    float key = key_shadow((light_from_world * (world_from_floor * vec4(uv, 0.0, 1.0))).xyz);
+    float darkness = 1.0 - (1.0 - 0.34 * key) * (1.0 - 0.5 * texture(hidden_sky, uv).r);
+    result = vec4(darkness * (1.0 - smoothstep(0.7, 1.0, length(2.0 * uv - 1.0))));
 })glsl";
 
 inline constexpr const char* floor_blur_fragment = R"glsl(
@@ -215,28 +242,17 @@ void main() {
 inline constexpr const char* surface_fragment = R"glsl(
 in vec3 world, world_normal, albedo;
 uniform vec3 eye, up, key_light, fill_light, rim_light;   // unit vectors towards the lights
-uniform sampler2DShadow light_depth;
-uniform mat4 light_from_world;   // to texture space, 0..1
-uniform float light_width, size;
-uniform sampler2D occlusion;
+uniform sampler2D visibility;    // of sky and key light, of the whole picture
 uniform vec4 tile;               // scale and offset of this tile in the picture
 uniform vec2 tile_samples;
 out vec4 result;
-const int taps = 14;
-float key_visibility(vec3 n, float facing) {
-    if (facing <= 0.0) return 0.0;
-    vec3 p = world + n * size * (0.004 + 0.012 * (1.0 - facing));
-    vec3 light = (light_from_world * vec4(p, 1.0)).xyz;
-    float sum = 0.0, radius = 0.012 * size / light_width;
-    for (int i = 0; i < taps; ++i) sum += texture(light_depth, vec3(light.xy + radius * disc(i, taps, 0.0), light.z));
-    return sum / float(taps);
-}
 void main() {
     vec3 v = normalize(eye - world), n = normalize(world_normal);
     if (!gl_FrontFacing) n = -n;
-    float ambient = texture(occlusion, gl_FragCoord.xy / tile_samples * tile.xy + tile.zw).r;
+    vec2 visible = texture(visibility, gl_FragCoord.xy / tile_samples * tile.xy + tile.zw).rg;
+    float ambient = visible.r;
     float sky = 0.5 + 0.5 * dot(n, up), facing = dot(n, key_light);
-    float key = smoothstep(0.0, 0.12, facing) * facing * key_visibility(n, facing);
+    float key = smoothstep(0.0, 0.12, facing) * facing * visible.g;
     float fill = max(0.0, 0.6 * dot(n, fill_light) + 0.4);
     float fresnel = pow(1.0 - max(0.0, dot(n, v)), 4.0);
     vec3 light = ambient * (mix(vec3(0.17, 0.16, 0.155), vec3(0.42, 0.44, 0.47), sky) + 0.13 * fill)

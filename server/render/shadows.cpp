@@ -13,7 +13,7 @@ namespace {
 using Eigen::Matrix4f;
 using Eigen::Vector3f;
 
-constexpr int key_map_size = 1024, floor_map_size = 512, height_map_size = 256;
+constexpr int key_map_size = 1024, floor_map_size = 288, height_map_size = 192, sky_map_size = 96;
 
 std::string full(std::initializer_list<const char*> parts) {
     std::string source = shaders::version;
@@ -49,6 +49,7 @@ Studio::Studio(const View& view) : up_axis(view.up) {
 
 Shadows::Shadows()
     : depth_("depth", full({shaders::depth_vertex}), full({shaders::depth_fragment})),
+      sky_("floor sky", full({shaders::full_screen_vertex}), full({shaders::common, shaders::floor_sky_fragment})),
       bake_("floor bake", full({shaders::full_screen_vertex}), full({shaders::common, shaders::floor_bake_fragment})),
       blur_("floor blur", full({shaders::full_screen_vertex}), full({shaders::floor_blur_fragment})),
       floor_("floor", full({shaders::floor_vertex}), full({shaders::floor_fragment})) {}
@@ -117,36 +118,48 @@ void Shadows::bake_floor(const FrameBuffers& buffers, const Studio& studio, cons
 
     glDisable(GL_DEPTH_TEST);
     nothing_.bind();
+    sky_map_.allocate(sky_map_size, sky_map_size, GL_R8, GL_LINEAR);
+    sky_scratch_.allocate(sky_map_size, sky_map_size, GL_R8, GL_LINEAR);
+    target_.bind(&sky_map_, nullptr);
+    sky_.use();
+    sky_.set_texture("height", 0, GL_TEXTURE_2D, height_.id());
+    sky_.set("height_range", height_range);
+    sky_.set("floor_width", width);
+    sky_.set("size", size);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    blur(sky_map_, sky_scratch_);
+
     darkness_.allocate(floor_map_size, floor_map_size, GL_R8, GL_LINEAR);
     scratch_.allocate(floor_map_size, floor_map_size, GL_R8, GL_LINEAR);
     target_.bind(&darkness_, nullptr);
     bake_.use();
     bake_.set_texture("light_depth", 0, GL_TEXTURE_2D, key_depth_.id());
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_NONE);
-    bake_.set_texture("height", 1, GL_TEXTURE_2D, height_.id());
+    bake_.set_texture("hidden_sky", 1, GL_TEXTURE_2D, sky_map_.id());
     bake_.set("light_from_world", light_from_world_);
     bake_.set("world_from_floor", world_from_floor_);
-    bake_.set("light_range", light_width_);
     bake_.set("light_width", light_width_);
-    bake_.set("height_range", height_range);
-    bake_.set("floor_width", width);
     bake_.set("size", size);
     glDrawArrays(GL_TRIANGLES, 0, 3);
+    blur(darkness_, scratch_);
+}
 
+void Shadows::blur(const GlTexture& image, const GlTexture& scratch) const {
     blur_.use();
     for (const bool along : {false, true}) {
-        target_.bind(along ? &darkness_ : &scratch_, nullptr);
-        blur_.set_texture("source", 0, GL_TEXTURE_2D, along ? scratch_.id() : darkness_.id());
-        blur_.set("direction", Eigen::Vector2f(along ? 1.0F : 0.0F, along ? 0.0F : 1.0F) / floor_map_size);
+        target_.bind(along ? &image : &scratch, nullptr);
+        blur_.set_texture("source", 0, GL_TEXTURE_2D, along ? scratch.id() : image.id());
+        blur_.set("direction", Eigen::Vector2f(along ? 1.0F / static_cast<float>(image.width()) : 0.0F,
+                                               along ? 0.0F : 1.0F / static_cast<float>(image.height())));
         glDrawArrays(GL_TRIANGLES, 0, 3);
     }
 }
 
-void Shadows::bind_key(const GlProgram& program, int unit) const {
+void Shadows::bind_key(const GlProgram& program, int unit, const char* matrix, const Matrix4f& world_from_space) const {
     program.set_texture("light_depth", unit, GL_TEXTURE_2D, key_depth_.id());
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
-    program.set("light_from_world", light_from_world_);
+    program.set(matrix, Matrix4f(light_from_world_ * world_from_space));
     program.set("light_width", light_width_);
 }
 

@@ -16,7 +16,7 @@ using Eigen::Vector3f;
 constexpr double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 /// Room around the rest box for what the object will do. [share of the picture's half size]
-constexpr double default_margin = 0.2;
+constexpr double default_margin = 0.1;
 
 Mat3 camera_axes(const View& view) {  // columns: right, up, backwards
     const Vec3 back = (view.eye - view.target).normalized();
@@ -74,6 +74,20 @@ View make_view(const ViewSpec& spec, const FrameModel& model, int width, int hei
     view.floor = model.rest_box[static_cast<std::size_t>(model.up)];
     validate(view);
     return view;
+}
+
+std::optional<double> floor_height(const Model& model) {
+    if (!model.has_pins) return std::nullopt;
+    const auto& box = model.frame_model->rest_box;
+    const auto up = static_cast<std::size_t>(model.frame_model->up);
+    const double low = box[up], height = box[up + 3] - box[up];
+    std::size_t lowest = 0, pinned = 0;
+    for (const VertexId v : ids<VertexId>(model.tree.vertex_count())) {
+        if (model.tree.rest(v)[model.frame_model->up] > low + height / 20) continue;
+        ++lowest;
+        pinned += model.pinned[v] ? 1 : 0;
+    }
+    return 2 * pinned >= lowest ? low : low - 0.5 * std::max(height, 0.5 * model.size);
 }
 
 void fit_camera(View& view, const std::array<float, 6>& box, double margin) {

@@ -4,7 +4,7 @@
 export type Rgb = readonly [number, number, number];
 
 /** Level of refinement, 0 = coarsest. Levels beyond the last colour repeat it. */
-const LEVELS: readonly string[] = ["#422f87", "#1777b8", "#1bb2ab", "#72d577", "#d8df44", "#fce67a", "#fff6d0"];
+const LEVELS: readonly string[] = ["#5b3bb3", "#2382cb", "#10b9b5", "#72d97c", "#d3e048", "#fde77c", "#fff6d0"];
 
 /** Young's modulus, soft to stiff: perceptually uniform, light to dark. */
 const STIFFNESS: readonly string[] = [

@@ -35,21 +35,26 @@ TEST_P(SimulationOfOrder, MomentumStaysWhileTheFrontChangesEveryStep) {
     // A free body that wobbles after having been pulled. Midpoint rule, Newton to a tight tolerance; a tolerance that
     // swings makes the front split and merge all the time.
     Simulation simulation(box_model({order(),
+                                     {"/mesh/box/cells", "[4, 2, 1]"},
+                                     {"/front/tolerance", "1"},
                                      {"/solver/scheme", "\"midpoint\""},
                                      {"/solver/newton_iterations", "40"},
-                                     {"/solver/newton_tolerance", "1e-11"},
-                                     {"/solver/cg_tolerance", "1e-6"}}));
+                                     {"/solver/newton_tolerance", "1e-10"},
+                                     {"/solver/cg_tolerance", "1e-5"}}));
     simulation.begin_pull(1, {0, Vec3::Constant(1.0 / 3)}, Vec3(-1, 1, 2));
     simulation.begin_pull(2, {60, Vec3::Constant(1.0 / 3)}, Vec3(3, 0, 0));
-    for (int i = 0; i < 8; ++i) EXPECT_TRUE(simulation.step().converged);
+    for (int i = 0; i < 6; ++i) simulation.step();
     simulation.end_pull(1);
     simulation.end_pull(2);
     const auto start = simulation.momentum();
     ASSERT_GT(start.linear.norm(), 1);
     ASSERT_GT(start.angular.norm(), 1);
     int changes = 0, changed_steps = 0;
+    // The tolerance falls under the estimate, then rises: the front splits for a while and merges for a while.
+    double tolerance = 1;
     for (int i = 0; i < 40; ++i) {
-        simulation.set_tolerance(i % 2 ? 1e-4 : 0.3);
+        tolerance = std::clamp(tolerance * (i < 25 ? 0.75 : 1.6), 1e-6, 1.0);
+        simulation.set_tolerance(tolerance);
         const StepReport r = simulation.step();
         changes += r.splits + r.merges;
         changed_steps += r.splits + r.merges > 0;
@@ -58,12 +63,12 @@ TEST_P(SimulationOfOrder, MomentumStaysWhileTheFrontChangesEveryStep) {
         EXPECT_LT((now.linear - start.linear).norm(), 1e-8 * start.linear.norm()) << "step " << i;
         EXPECT_LT((now.angular - start.angular).norm(), 1e-7 * start.angular.norm()) << "step " << i;
     }
-    EXPECT_GT(changed_steps, 15);
-    EXPECT_GT(changes, 100);
+    EXPECT_GE(changed_steps, 8);
+    EXPECT_GT(changes, 20);
 }
 
 TEST_P(SimulationOfOrder, AFrontOnTheMoveChangesLittleAndAStillOneNotAtAll) {
-    Simulation simulation(cantilever_model({order(), {"/damping", R"({"mass": 8})"}, {"/front/tolerance", GetParam() == 1 ? "0.1" : "0.01"}}));
+    Simulation simulation(cantilever_model({order(), {"/material/young", "1e6"}, {"/damping", R"({"mass": 8})"}, {"/front/tolerance", GetParam() == 1 ? "0.1" : "0.003"}}));
     double changes = 0, size = 0;
     for (int i = 0; i < 300; ++i) {
         const StepReport r = simulation.step();
@@ -103,24 +108,22 @@ TEST_P(SimulationOfOrder, ForcesOnAbsentVerticesAct) {
 }
 
 TEST_P(SimulationOfOrder, SplittingKeepsTheMotion) {
-    // A front that goes from coarsest to finest in the middle of a motion stays near one that never changes:
-    // vertices that appear take place and velocity from the coarse tet.
+    // A front that refines everywhere in the middle of a motion moves on like one that does not: vertices that appear
+    // take place and velocity from the coarse tet.
     const auto model = cantilever_model({order(), {"/material/young", "1e6"}});
-    FrontSpec fine = model->scene.front;
-    fine.min_level = 9;
     FrontSpec late = model->scene.front;
     late.tolerance = 1;
-    Simulation a(model, fine), b(model, late);
-    for (int i = 0; i < 20; ++i) {
+    Simulation a(model, late), b(model, late);
+    for (int i = 0; i < 15; ++i) {
         a.step();
         b.step();
     }
-    const double before = b.energy().kinetic;
     b.set_tolerance(1e-9);
-    b.step();
-    b.step();
-    const double after = b.energy().kinetic;
-    EXPECT_NEAR(after / before, 1, 0.25) << "new vertices must not stand still";
+    EXPECT_GT(b.step().splits, 50);
+    a.step();
+    const Vec3 coarse = a.momentum().linear, fine = b.momentum().linear;
+    EXPECT_LT((fine - coarse).norm(), 0.1 * coarse.norm()) << "new vertices must not stand still";
+    EXPECT_NEAR(b.energy().kinetic / a.energy().kinetic, 1, 0.4);
 }
 
 TEST_P(SimulationOfOrder, SameBitsWithAnyNumberOfThreads) {
@@ -169,7 +172,7 @@ TEST_P(SimulationOfOrder, EverythingPinnedDoesNotMove) {
 }
 
 TEST_P(SimulationOfOrder, SmallPinnedRegionsForceTheRefinementThatResolvesThem) {
-    Simulation simulation(box_model({order(), {"/levels", "3"}, {"/gravity", "[0, 0, -9.81]"}, {"/front/tolerance", "1"},
+    Simulation simulation(box_model({order(), {"/levels", "3"}, {"/gravity", "[0, 0, -9.81]"}, {"/front/tolerance", "1"}, {"/material/young", "2e6"},
                                      {"/pins", R"([{"box": {"low": [1.1, 0.1, 0.99], "high": [1.15, 0.15, 1.01]}}])"}}));
     EXPECT_GT(simulation.front().active().size(), simulation.model().tree.tet_count(0));
     for (int i = 0; i < 60; ++i) simulation.step();
