@@ -39,6 +39,14 @@ export function status(store: Store): HTMLElement {
     (s) => s.simulation?.tets_by_level.join(),
     () => showLevels(store.get().simulation?.tets_by_level),
   );
+  const skipped = h("p", { className: "note" });
+  store.watch(
+    (s) => s.framesDropped,
+    (frames) => {
+      skipped.hidden = frames === 0;
+      skipped.textContent = `${count(frames)} frames skipped: this page draws more slowly than they come`;
+    },
+  );
   return h(
     "section",
     { className: "status", attributes: { "aria-label": "Numbers" } },
@@ -46,6 +54,7 @@ export function status(store: Store): HTMLElement {
     h("h2", {}, "Tetrahedra by level"),
     bar,
     list,
+    skipped,
   );
 }
 

@@ -75,6 +75,11 @@ export class Viewer {
         this.invalidate();
       },
     );
+    canvas.addEventListener("webglcontextrestored", () => {
+      this.motion.touch();
+      this.renderer.shadowMap.needsUpdate = true;
+      this.invalidate();
+    });
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.renderer.setAnimationLoop((now) => this.tick(now));
   }
@@ -175,7 +180,7 @@ export class Viewer {
   }
 
   private tick(now: number): void {
-    this.hand.tick();
+    this.hand.tick(now);
     this.rig.tick(now);
     const moved = this.motion.moving;
     if (!moved && !this.dirty) return;
