@@ -66,7 +66,7 @@ export class FrontLines {
 
   /** Lines stay readable on a surface of their own colour, and before the background. */
   theme(dark: boolean): void {
-    if (dark) this.shared.contrast.value.set(1, 1, 1, 0.1);
+    if (dark) this.shared.contrast.value.set(1, 1, 1, 0.18);
     else this.shared.contrast.value.set(0, 0, 0, 0.5);
   }
 
