@@ -1,14 +1,19 @@
 #pragma once
-// A scalar of rest position: Young's modulus, density or damping as a constant or a gradient along an axis.
+// A scalar of rest position: Young's modulus, Poisson's ratio, density or damping.
 //
 //     Scalar young = gradient(2, {0, 0.1}, {1e6, 1e4}, Interpolation::exponential);
-//     young->at({0, 0, 0.05}, TetId{});      // 1e5
+//     young->at({0, 0, 0.05}, TetId{});                        // 1e5
+//     Scalar measured = voxel_scalar(image, VoxelSampling::linear, 1000);   // 1000 Pa per unit of the image
+//     Scalar by_tet = per_root({1e5, 2e5, ...});                // one value per input tet
 
+#include "engine/base/hash.hpp"
 #include "engine/base/types.hpp"
+#include "engine/material/voxel_image.hpp"
 
 #include <Eigen/Geometry>
 #include <array>
 #include <memory>
+#include <vector>
 
 namespace tetfront {
 
@@ -19,10 +24,12 @@ class ScalarFunction {
     [[nodiscard]] virtual double at(const Vec3& x, TetId root) const = 0;
     /// True only when at() is one and the same number in the whole box.
     [[nodiscard]] virtual bool constant_within(const Eigen::AlignedBox3d& box, TetId root) const = 0;
-    /// False: continuous in space, apart from kinks.
+    /// False: continuous in space and smooth on the scale of a tet, apart from kinks.
     [[nodiscard]] virtual bool has_jumps() const { return false; }
     /// True when at() never changes.
     [[nodiscard]] virtual bool constant() const { return false; }
+    /// Everything that at() depends on.
+    virtual void hash_into(Hash& hash) const = 0;
 };
 
 /// Immutable and shared.
@@ -36,5 +43,14 @@ enum class Interpolation { linear, exponential };
 /// at[0] < at[1] and the values are finite (exponential: above 0).
 Scalar gradient(int axis, const std::array<double, 2>& at, const std::array<double, 2>& values,
                 Interpolation interpolation);
+
+/// One value per input tet. Asking for a root outside of [0, values.size()) is an InputError.
+Scalar per_root(std::vector<double> values);
+
+enum class VoxelSampling { nearest, linear };
+
+/// factor times the image's value at x; positions outside of the image take its border. Throws InputError that names
+/// the first voxel that is not finite.
+Scalar voxel_scalar(std::shared_ptr<const VoxelImage> image, VoxelSampling sampling, double factor = 1);
 
 }  // namespace tetfront

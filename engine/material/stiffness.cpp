@@ -18,16 +18,41 @@ void require(bool holds, const char* what, double value, const Vec3& x, const ch
     throw InputError("", where.str(), problem.str(), allowed);
 }
 
-Material evaluate(const MaterialFunction& f, const Vec3& x, TetId root) {
-    const double young = f.young->at(x, root), poisson = f.poisson->at(x, root), density = f.density->at(x, root);
-    const double mass_damping = f.mass_damping->at(x, root), stiffness_damping = f.stiffness_damping->at(x, root);
-    require(young > 0 && std::isfinite(young), "Young's modulus", young, x, "must be finite and above 0");
-    require(poisson > -1 && poisson < 0.5, "Poisson's ratio", poisson, x, "must be above -1 and below 0.5");
-    require(density > 0 && std::isfinite(density), "density", density, x, "must be finite and above 0");
-    require(mass_damping >= 0 && std::isfinite(mass_damping), "mass damping", mass_damping, x, "must be at least 0");
-    require(stiffness_damping >= 0 && std::isfinite(stiffness_damping), "stiffness damping", stiffness_damping, x,
+/// orthotropic: C of f.orthotropic, null for an isotropic material.
+Material evaluate(const MaterialFunction& f, const Sym6* orthotropic, const Vec3& x, TetId root) {
+    Material m;
+    if (orthotropic) {
+        const double scale = f.scale->at(x, root);
+        require(scale > 0 && std::isfinite(scale), "scale of the stiffness", scale, x, "must be finite and above 0");
+        m.elasticity = *orthotropic;
+        for (double& entry : m.elasticity.upper) entry *= scale;
+    } else {
+        const double young = f.young->at(x, root), poisson = f.poisson->at(x, root);
+        require(young > 0 && std::isfinite(young), "Young's modulus", young, x, "must be finite and above 0");
+        require(poisson > -1 && poisson < 0.5, "Poisson's ratio", poisson, x, "must be above -1 and below 0.5");
+        m.elasticity = Sym6::from(isotropic_elasticity(young, poisson));
+    }
+    m.density = f.density->at(x, root);
+    m.mass_damping = f.mass_damping->at(x, root);
+    m.stiffness_damping = f.stiffness_damping->at(x, root);
+    require(m.density > 0 && std::isfinite(m.density), "density", m.density, x, "must be finite and above 0");
+    require(m.mass_damping >= 0 && std::isfinite(m.mass_damping), "mass damping", m.mass_damping, x,
             "must be at least 0");
-    return {Sym6::from(isotropic_elasticity(young, poisson)), density, mass_damping, stiffness_damping};
+    require(m.stiffness_damping >= 0 && std::isfinite(m.stiffness_damping), "stiffness damping", m.stiffness_damping, x,
+            "must be at least 0");
+    return m;
+}
+
+/// The scalars that matter.
+std::vector<const ScalarFunction*> scalars(const MaterialFunction& f) {
+    std::vector<const ScalarFunction*> list = {f.density.get(), f.mass_damping.get(), f.stiffness_damping.get()};
+    if (f.orthotropic) {
+        list.push_back(f.scale.get());
+    } else {
+        list.push_back(f.young.get());
+        list.push_back(f.poisson.get());
+    }
+    return list;
 }
 
 /// Sums of what mean_material averages.
@@ -118,34 +143,62 @@ Integral refine(const StiffnessFunction& f, const Corners& x, TetId root, const 
 
 }  // namespace
 
-StiffnessFunction::StiffnessFunction(MaterialFunction material) : material_(std::move(material)) {
-    for (const Scalar* s : {&material_.young, &material_.poisson, &material_.density, &material_.mass_damping,
-                            &material_.stiffness_damping}) {
-        ENSURE(*s, "every scalar of a MaterialFunction must be set");
-        if (!(*s)->constant()) return;
+StiffnessFunction::StiffnessFunction(MaterialFunction material) { add_zone(std::move(material)); }
+
+StiffnessFunction::StiffnessFunction(Zones zones, std::vector<MaterialFunction> materials)
+    : where_(std::move(zones)), has_jumps_(true) {
+    for (MaterialFunction& material : materials) add_zone(std::move(material));
+}
+
+void StiffnessFunction::add_zone(MaterialFunction material) {
+    Zone zone{std::move(material), {}, {}};
+    if (zone.function.orthotropic) zone.orthotropic = orthotropic(*zone.function.orthotropic);
+    bool never_changes = true;
+    for (const ScalarFunction* s : scalars(zone.function)) {
+        ENSURE(s, "every scalar of a MaterialFunction must be set");
+        never_changes = never_changes && s->constant();
+        has_jumps_ = has_jumps_ || s->has_jumps();
     }
-    constant_ = evaluate(material_, Vec3::Zero(), TetId{});
+    if (never_changes) {
+        zone.constant = evaluate(zone.function, zone.orthotropic ? &*zone.orthotropic : nullptr, Vec3::Zero(), TetId{});
+    }
+    zones_.push_back(std::move(zone));
+}
+
+const StiffnessFunction::Zone& StiffnessFunction::zone_at(const Vec3& x, TetId root) const {
+    if (!where_) return zones_.front();
+    const int zone = where_->zone(x, root);
+    if (zone < 0 || static_cast<std::size_t>(zone) >= zones_.size()) {
+        std::ostringstream where;
+        where << "position (" << x.transpose() << ')';
+        throw InputError("", where.str(), "lies in zone " + std::to_string(zone) + " of the material",
+                         "give materials for zones 0 to " + std::to_string(zone));
+    }
+    return zones_[static_cast<std::size_t>(zone)];
 }
 
 Material StiffnessFunction::at(const Vec3& x, TetId root) const {
-    return constant_ ? *constant_ : evaluate(material_, x, root);
+    const Zone& zone = zone_at(x, root);
+    return zone.constant ? *zone.constant
+                         : evaluate(zone.function, zone.orthotropic ? &*zone.orthotropic : nullptr, x, root);
 }
 
 bool StiffnessFunction::constant_within(const Eigen::AlignedBox3d& box, TetId root) const {
-    if (constant_) return true;
-    for (const Scalar* s : {&material_.young, &material_.poisson, &material_.density, &material_.mass_damping,
-                            &material_.stiffness_damping}) {
-        if (!(*s)->constant_within(box, root)) return false;
-    }
+    if (where_ && !where_->one_zone_within(box, root)) return false;
+    const Zone& zone = zone_at(box.center(), root);
+    if (zone.constant) return true;
+    for (const ScalarFunction* s : scalars(zone.function))
+        if (!s->constant_within(box, root)) return false;
     return true;
 }
 
-bool StiffnessFunction::has_jumps() const {
-    for (const Scalar* s : {&material_.young, &material_.poisson, &material_.density, &material_.mass_damping,
-                            &material_.stiffness_damping}) {
-        if ((*s)->has_jumps()) return true;
+void StiffnessFunction::hash_into(Hash& hash) const {
+    if (where_) where_->hash_into(hash);
+    hash.add(zones_.size());
+    for (const Zone& zone : zones_) {
+        if (zone.orthotropic) hash.add("orthotropic").add_range(zone.orthotropic->upper);
+        for (const ScalarFunction* s : scalars(zone.function)) s->hash_into(hash);
     }
-    return false;
 }
 
 Material mean_material(const StiffnessFunction& f, const Corners& corners, TetId root) {

@@ -19,11 +19,20 @@
 
 #include "engine/base/types.hpp"
 #include "engine/base/voigt.hpp"
-#include "engine/mechanics/elasticity.hpp"
+#include "engine/tree/tet_tree.hpp"
 
 #include <array>
 
 namespace tetfront {
+
+/// How a parent's elasticity matrix follows from its children's.
+/// Energies of the same strain are ordered: uniform_stress <= mean_strain <= average, and isolated <= mean_strain.
+enum class CellProblem {
+    average,      ///< midpoints follow the parent: volume average, Voigt upper bound
+    mean_strain,  ///< corners fixed, midpoints relax, children's mean deformation gradient held equal to the parent's
+    isolated,  ///< corners fixed, midpoints relax freely ([Imai] read literally); far too soft, for reproduction only
+    uniform_stress,  ///< corners relax too, the surface carries one uniform traction: lower bound
+};
 
 /// gradients: of the parent's four barycentric coordinates, as columns [1/length, any unit: C does not depend on it].
 /// children: their C in the order of child_nodes; each has an eighth of the parent's volume.

@@ -14,21 +14,13 @@
 #include "engine/base/types.hpp"
 #include "engine/base/voigt.hpp"
 #include "engine/material/stiffness.hpp"
+#include "engine/mechanics/cell_problem.hpp"
 #include "engine/tree/tet_tree.hpp"
 
 #include <functional>
 #include <vector>
 
 namespace tetfront {
-
-/// How a parent's elasticity matrix follows from its children's.
-/// Energies of the same strain are ordered: uniform_stress <= mean_strain <= average, and isolated <= mean_strain.
-enum class CellProblem {
-    average,      ///< midpoints follow the parent: volume average, Voigt upper bound
-    mean_strain,  ///< corners fixed, midpoints relax, children's mean deformation gradient held equal to the parent's
-    isolated,  ///< corners fixed, midpoints relax freely ([Imai] read literally); far too soft, for reproduction only
-    uniform_stress,  ///< corners relax too, the surface carries one uniform traction: lower bound
-};
 
 /// What the leaves are made of, in the order of the tree's last level.
 struct LeafMaterials {

@@ -105,11 +105,23 @@ ForceSpec read_force(const JsonValue& value) {
     return force;
 }
 
-FrontSpec read_front(const JsonValue& value, int levels) {
+/// Quadratic tets wherever there is a level below the roots for their midpoints.
+FrontSpec default_front(int levels) {
     FrontSpec front;
-    const JsonObject o = value.object({"order", "tolerance", "min_level", "max_level"});
+    if (levels == 0) front.order = 1;
+    return front;
+}
+
+FrontSpec read_front(const JsonValue& value, int levels) {
+    FrontSpec front = default_front(levels);
+    const JsonObject o = value.object({"order", "tolerance", "budget", "min_level", "max_level"});
     o.read("order", front.order, 1, 2);
     o.read("tolerance", front.tolerance, within(1e-6, 1));
+    if (auto budget = o.find("budget")) {
+        const JsonObject b = budget->object({"tets", "milliseconds"});
+        b.read("tets", front.budget_tets, 1, 1 << 28);
+        b.read("milliseconds", front.budget_milliseconds, above(0, 1e6));
+    }
     o.read("min_level", front.min_level, 0, 99);
     o.read("max_level", front.max_level, 0, 99);
     if (front.order == 2 && levels == 0) o.place("order").fail("is 2 but `levels` is 0", "use order 1, or levels >= 1");
@@ -206,6 +218,7 @@ Scene read_scene(const JsonDocument& document, const std::filesystem::path& dire
         d.read("stiffness", scene.stiffness_damping, within(0, 1e6));
     }
     o.read("time_step", scene.time_step, within(1e-6, 1));
+    scene.front = default_front(scene.levels);
     if (auto front = o.find("front")) scene.front = read_front(*front, scene.levels);
     if (auto solver = o.find("solver")) scene.solver = read_solver(*solver);
     if (auto view = o.find("view")) scene.view = read_view(*view);

@@ -68,8 +68,10 @@ enum class Estimation { average, mean_strain };
 enum class Scheme { backward_euler, midpoint };
 
 struct FrontSpec {
-    int order = 1;             // 1: linear tets, 2: quadratic tets on the tree's own vertices
+    int order = 2;             // 1: linear tets, 2: quadratic tets on the tree's own vertices; without levels 1
     double tolerance = 0.02;   // target of the relative displacement error estimate, > 0
+    int budget_tets = 1 << 28;        // the front never has more active tets, >= 1
+    double budget_milliseconds = 0;   // aimed at per step; 0: no limit. Makes runs depend on the machine's speed
     int min_level = 0;         // never coarser
     int max_level = 99;        // never finer; clamped to the tree (order 2: one level above the leaves)
 };

@@ -54,6 +54,8 @@ struct Simulation::Impl {
         const Scene& scene = model->scene;
         gravity = scene.gravity;
         adapt_settings.tolerance = spec.tolerance;
+        budget_tets = static_cast<std::size_t>(spec.budget_tets);
+        budget_milliseconds = spec.budget_milliseconds;
         for (TetId t : model->tree.level(0)) adapt_settings.energy_floor += 1e-8 * model->tree.volume(t) * model->matrices.elasticity[t](0, 0);
         settings.time_step = scene.time_step;
         settings.midpoint = scene.solver.scheme == Scheme::midpoint;
@@ -121,7 +123,17 @@ struct Simulation::Impl {
         }
     }
 
+    /// Turns the budget into a number of tets. A budget of time uses what tets have cost at most lately, changes of the
+    /// front included.
+    void apply_budget() {
+        std::size_t most = budget_tets;
+        if (budget_milliseconds > 0 && milliseconds_per_tet > 0)
+            most = std::min(most, static_cast<std::size_t>(budget_milliseconds / milliseconds_per_tet));
+        adapt_settings.most_tets = std::max<std::size_t>(1, most);
+    }
+
     void adapt(StepReport& r) {
+        apply_budget();
         const auto changes = adaptivity.adapt(front, steps, adapt_settings);
         r.splits = changes[0];
         r.merges = changes[1];
@@ -151,11 +163,13 @@ struct Simulation::Impl {
         for (int k = 0; k < 6; ++k) {
             for (VertexId v : front.vertices()) motion[v] = unit_motion(k, state.x[v]);
             const ElementSet::Momentum p = elements.momentum(state.x, motion);
-            momenta.col(k) << p.linear, (p.angular - centre.cross(p.linear)) / model->size;
+            momenta.col(k).head<3>() = p.linear;
+            momenta.col(k).tail<3>() = (p.angular - centre.cross(p.linear)) / model->size;
         }
         Vec6 missing;
         const Vec3 linear = before.linear - now.linear;
-        missing << linear, (before.angular - now.angular - centre.cross(linear)) / model->size;
+        missing.head<3>() = linear;
+        missing.tail<3>() = (before.angular - now.angular - centre.cross(linear)) / model->size;
         const Vec6 amount = momenta.fullPivLu().solve(missing);
         if (!amount.allFinite()) return;
         for (VertexId v : front.vertices())
@@ -259,6 +273,7 @@ struct Simulation::Impl {
         describe(r);
         if (r.warning.empty() && !r.converged) r.warning = "the solver stopped before its tolerance: motion may be wrong";
         r.milliseconds.other += lap();
+        milliseconds_per_tet = std::max(0.98 * milliseconds_per_tet, r.milliseconds.total() / static_cast<double>(front.active().size()));
         report = r;
         return r;
     }
@@ -309,6 +324,9 @@ struct Simulation::Impl {
     std::map<std::uint64_t, Pull> pulls;
     double time = 0;
     std::uint64_t steps = 0;
+    std::size_t budget_tets = 0;
+    double budget_milliseconds = 0;   // 0: none
+    double milliseconds_per_tet = 0;  // of recent steps, the costliest
     StepReport report;
     std::vector<std::array<Vec3, 3>> saved;  // x, v and a of the front's vertices before the step
     PerVertex<Vec3> scratch;
@@ -391,6 +409,14 @@ void Simulation::set_gravity(const Vec3& gravity) {
 void Simulation::set_tolerance(double tolerance) {
     if (!(tolerance > 0 && tolerance <= 1)) throw InputError("", "/value", "is not a tolerance", "use a number in (0, 1]");
     impl_->adapt_settings.tolerance = tolerance;
+}
+
+void Simulation::set_budget(std::size_t tets, double milliseconds) {
+    if (tets == 0) throw InputError("", "/tets", "is 0", "use a number of tets from 1");
+    if (!(milliseconds >= 0 && milliseconds <= 1e6))
+        throw InputError("", "/milliseconds", "is not a budget", "use a number from 0 (no limit) to 1e6");
+    impl_->budget_tets = tets;
+    impl_->budget_milliseconds = milliseconds;
 }
 
 PerVertex<Vec3> Simulation::all_positions() const {

@@ -111,6 +111,7 @@ class Simulation {
     void end_pull(std::uint64_t pull);                       // unknown pull: nothing
     void set_gravity(const Vec3& gravity);                   // [m/s^2]
     void set_tolerance(double tolerance);                    // (0, 1]
+    void set_budget(std::size_t tets, double milliseconds);  // per step, as FrontSpec; milliseconds 0: no limit
 
     /// Positions of all vertices of the tree, interpolated where nothing is simulated. Cost: the tree.
     [[nodiscard]] PerVertex<Vec3> all_positions() const;

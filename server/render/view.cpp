@@ -76,6 +76,20 @@ View make_view(const ViewSpec& spec, const FrameModel& model, int width, int hei
     return view;
 }
 
+std::optional<double> floor_height(const Model& model) {
+    if (!model.has_pins) return std::nullopt;
+    const auto& box = model.frame_model->rest_box;
+    const auto up = static_cast<std::size_t>(model.frame_model->up);
+    const double low = box[up], height = box[up + 3] - box[up];
+    std::size_t lowest = 0, pinned = 0;
+    for (const VertexId v : ids<VertexId>(model.tree.vertex_count())) {
+        if (model.tree.rest(v)[model.frame_model->up] > low + height / 20) continue;
+        ++lowest;
+        pinned += model.pinned[v] ? 1 : 0;
+    }
+    return 2 * pinned >= lowest ? low : low - 0.5 * std::max(height, 0.5 * model.size);
+}
+
 void fit_camera(View& view, const std::array<float, 6>& box, double margin) {
     const Vec3 low = Eigen::Map<const Vector3f>(box.data()).cast<double>();
     const Vec3 high = Eigen::Map<const Vector3f>(box.data() + 3).cast<double>();

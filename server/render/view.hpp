@@ -8,7 +8,7 @@
 // Axes are the scene's; `up` says which of them points up.
 
 #include "engine/scene/scene.hpp"
-#include "engine/simulation/frame.hpp"
+#include "engine/simulation/simulation.hpp"
 
 #include <Eigen/Core>
 #include <optional>
@@ -41,8 +41,12 @@ struct View {
 void validate(const View& view);
 
 /// The view that a scene asks for. A fitted camera looks slightly down onto the broader side of the rest box and sees
-/// all of it, with room to move. The floor is under the rest box.
+/// all of it, with room to move. The floor touches the rest box from below.
 View make_view(const ViewSpec& spec, const FrameModel& model, int width, int height);
+
+/// Height for a view's floor: the rest box's lowest when the object stands there, that is, most of its lowest twentieth
+/// is pinned; otherwise far enough below for the object to hang and swing. None without pins: it would fall through.
+std::optional<double> floor_height(const Model& model);
 
 /// Eye and target such that the box (low xyz, high xyz) is inside of the picture with a margin on all sides.
 /// margin: share of the picture's half height and half width that stays free, 0..0.9.

@@ -250,8 +250,7 @@ class MockSimulation {
         this.gravity = command.value;
         break;
       case "tolerance":
-        if (!(command.value >= 1e-6 && command.value <= 1))
-          return wrong("/value", `is ${command.value}; use 1e-06..1`);
+        if (!(command.value >= 1e-6 && command.value <= 1)) return wrong("/value", `is ${command.value}; use 1e-06..1`);
         this.tolerance = command.value;
         break;
       case "pull_begin":

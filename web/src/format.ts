@@ -18,8 +18,7 @@ export function quantity(value: number, unit: string): string {
 export function significant(value: number, digits = 3): string {
   if (!Number.isFinite(value)) return "–";
   if (value === 0) return "0";
-  if (Math.abs(value) < 1e-3)
-    return value.toExponential(digits - 2).replace(/-/g, "−");
+  if (Math.abs(value) < 1e-3) return value.toExponential(digits - 2).replace(/-/g, "−");
   return String(Number(value.toPrecision(digits))).replace("-", "−");
 }
 

@@ -54,9 +54,12 @@ export function findBinding(
 export function isTyping(target: EventTarget | null, key: string): boolean {
   if (!(target instanceof HTMLElement)) return false;
   if (target.closest("dialog")) return true;
-  if (target instanceof HTMLInputElement) return target.type !== "radio" && target.type !== "checkbox" ? true : key === " " || key.startsWith("Arrow");
+  if (target instanceof HTMLInputElement)
+    return target.type !== "radio" && target.type !== "checkbox" ? true : key === " " || key.startsWith("Arrow");
   if (target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement) return true;
-  return (target instanceof HTMLButtonElement || target instanceof HTMLAnchorElement) && (key === " " || key === "Enter");
+  return (
+    (target instanceof HTMLButtonElement || target instanceof HTMLAnchorElement) && (key === " " || key === "Enter")
+  );
 }
 
 export function listen(table: readonly Binding[]): void {

@@ -37,6 +37,8 @@ export class Link {
   private timer: ReturnType<typeof setTimeout> | undefined;
   private generation = -1;
   private epoch = -1;
+  private surfaceCount = 0; // S of the model
+  private frontCount = 0; // N of the topology
   private frame: Frame | null = null;
   private wanted = true; // the page has shown the last frame that it got
   private dropped = 0;
@@ -99,6 +101,7 @@ export class Link {
   private receiveBinary(message: BinaryMessage): void {
     if (message.kind === "frame") {
       if (message.generation !== this.generation || message.epoch !== this.epoch) return;
+      this.check("frame", message.surface.length / 3, message.front.length / 3);
       if (this.frame) ++this.dropped;
       this.frame = message;
       this.passFrame();
@@ -107,13 +110,24 @@ export class Link {
     if (message.kind === "topology" && message.generation !== this.generation) return;
     if (message.kind === "model") {
       this.generation = message.generation;
+      this.surfaceCount = message.young.length;
       this.epoch = -1;
     } else {
       this.epoch = message.epoch;
+      this.frontCount = message.frontVertices;
+      this.check("topology", message.surfaceLevel.length, this.frontCount);
     }
     if (this.frame) ++this.dropped;
     this.frame = null;
     this.options.emit({ kind: "binary", message, dropped: 0 });
+  }
+
+  /** What follows a model and a topology must be as large as they say: the viewer writes into arrays of that size. */
+  private check(what: string, surface: number, front: number): void {
+    if (surface !== this.surfaceCount || front !== this.frontCount)
+      throw new ProtocolError(
+        `a ${what} has ${surface} surface and ${front} front vertices, not ${this.surfaceCount} and ${this.frontCount}`,
+      );
   }
 
   private passFrame(): void {
@@ -147,6 +161,7 @@ export class Link {
 export const transferOf = (event: LinkEvent): ArrayBuffer[] => {
   if (event.kind !== "binary") return [];
   const { message } = event;
-  const array = message.kind === "model" ? message.young : message.kind === "topology" ? message.edges : message.surface;
+  const array =
+    message.kind === "model" ? message.young : message.kind === "topology" ? message.edges : message.surface;
   return [array.buffer as ArrayBuffer];
 };

@@ -46,7 +46,9 @@ if (viewer) start(viewer);
 /** Null, and a message in the middle of the page, when the browser has no WebGL 2. */
 function tryViewer(): Viewer | null {
   try {
-    return new Viewer(canvas, byId("labels"), store, send);
+    // For machines without a graphics processor: http://127.0.0.1:8080/?quality=low
+    const frugal = new URLSearchParams(location.search).get("quality") === "low";
+    return new Viewer(canvas, byId("labels"), store, send, frugal);
   } catch (error) {
     byId("fatal").hidden = false;
     byId("fatal-detail").textContent = error instanceof Error ? error.message : String(error);
@@ -83,18 +85,24 @@ function start(viewer: Viewer): void {
   showPanel(innerWidth >= 720);
 
   const title = h("h1");
-  store.watch((s) => s.hello, (hello) => {
-    title.textContent = hello ? hello.scene.title || hello.scene.name : "tetfront";
-    document.title = hello ? `${hello.scene.title || hello.scene.name} · tetfront` : "tetfront";
-  });
-  store.watch((s) => s.link.status === "open", (open) => canvas.classList.toggle("stale", !open));
+  store.watch(
+    (s) => s.hello,
+    (hello) => {
+      title.textContent = hello ? hello.scene.title || hello.scene.name : "tetfront";
+      document.title = hello ? `${hello.scene.title || hello.scene.name} · tetfront` : "tetfront";
+    },
+  );
+  store.watch(
+    (s) => s.link.status === "open",
+    (open) => canvas.classList.toggle("stale", !open),
+  );
 
   byId("chrome").append(
     h("header", { className: "card heading" }, title, pill(store)),
     banner(store, { retry: () => connection?.connect(), reload: () => location.reload() }),
     h(
-      "div",
-      { className: "card corner", attributes: { role: "toolbar", "aria-label": "Page" } },
+      "nav",
+      { className: "card corner", attributes: { "aria-label": "Page" } },
       iconButton("home", "Whole object in view", "F", actions.home),
       iconButton("theme", "Light or dark", "T", actions.toggleTheme),
       iconButton("help", "Keys and gestures", "?", help.toggle),

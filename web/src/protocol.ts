@@ -27,7 +27,13 @@ export interface Hello {
   depth: number; // levels are 0..depth
   young_range: readonly [number, number]; // [Pa]
   rest_box: readonly number[]; // [m] low xyz, high xyz
-  view: { eye: Vec3; target: Vec3; field_of_view: number /* degrees, vertical */; colouring: Colouring; wireframe: boolean };
+  view: {
+    eye: Vec3;
+    target: Vec3;
+    field_of_view: number /* degrees, vertical */;
+    colouring: Colouring;
+    wireframe: boolean;
+  };
   gravity: Vec3; // [m/s²]
   tolerance: number;
   time_step: number; // [s]

@@ -12,12 +12,15 @@ export function followTheme(store: Store): void {
     if (!remembered()) store.set({ dark: system.matches });
   });
   let first = true;
-  store.watch((s) => s.dark, (dark) => {
-    document.documentElement.dataset["theme"] = dark ? "dark" : "light";
-    if (!first && dark !== system.matches) remember(dark ? "dark" : "light");
-    else if (!first) remember(null);
-    first = false;
-  });
+  store.watch(
+    (s) => s.dark,
+    (dark) => {
+      document.documentElement.dataset["theme"] = dark ? "dark" : "light";
+      if (!first && dark !== system.matches) remember(dark ? "dark" : "light");
+      else if (!first) remember(null);
+      first = false;
+    },
+  );
 }
 
 // Storage may be switched off in the browser; then the choice lasts as long as the page.

@@ -18,24 +18,30 @@ export function banner(store: Store, actions: BannerActions): HTMLElement {
   element.append(link, progress, trouble);
   let timer: ReturnType<typeof setInterval> | undefined;
 
-  store.watch((s) => s.link, (state) => {
-    clearInterval(timer);
-    link.replaceChildren(...linkBanner(state, actions));
-    const seconds = link.querySelector(".countdown");
-    if (state.status === "waiting" && seconds) {
-      const count = () => (seconds.textContent = String(Math.max(0, Math.ceil((state.until - Date.now()) / 1000))));
-      count();
-      timer = setInterval(count, 200);
-    }
-  });
-  store.watch((s) => s.progress, (now) => {
-    if (!now) progress.replaceChildren();
-    else {
-      const bar = h("progress", { max: 1, value: now.fraction, attributes: { "aria-label": now.what } });
-      const text = `Building the model: ${now.what} (${Math.round(100 * now.fraction)} %)`;
-      progress.replaceChildren(h("div", { className: "card banner" }, h("span", {}, text), bar));
-    }
-  });
+  store.watch(
+    (s) => s.link,
+    (state) => {
+      clearInterval(timer);
+      link.replaceChildren(...linkBanner(state, actions));
+      const seconds = link.querySelector(".countdown");
+      if (state.status === "waiting" && seconds) {
+        const count = () => (seconds.textContent = String(Math.max(0, Math.ceil((state.until - Date.now()) / 1000))));
+        count();
+        timer = setInterval(count, 200);
+      }
+    },
+  );
+  store.watch(
+    (s) => s.progress,
+    (now) => {
+      if (!now) progress.replaceChildren();
+      else {
+        const bar = h("progress", { max: 1, value: now.fraction, attributes: { "aria-label": now.what } });
+        const text = `Building the model: ${now.what} (${Math.round(100 * now.fraction)} %)`;
+        progress.replaceChildren(h("div", { className: "card banner" }, h("span", {}, text), bar));
+      }
+    },
+  );
   store.watch(troubleOf, (text) =>
     trouble.replaceChildren(...(text ? [h("div", { className: "card banner warning" }, h("span", {}, text))] : [])),
   );
@@ -46,7 +52,9 @@ export function banner(store: Store, actions: BannerActions): HTMLElement {
 export function troubleOf({ simulation }: Readonly<State>): string {
   if (!simulation) return "";
   if (simulation.warning) return simulation.warning;
-  return simulation.converged ? "" : "The solver stopped before it reached its tolerance: the motion is less accurate than it should be.";
+  return simulation.converged
+    ? ""
+    : "The solver stopped before it reached its tolerance: the motion is less accurate than it should be.";
 }
 
 function linkBanner(state: LinkState, { retry, reload }: BannerActions): HTMLElement[] {
@@ -54,7 +62,14 @@ function linkBanner(state: LinkState, { retry, reload }: BannerActions): HTMLEle
     case "open":
       return [];
     case "connecting":
-      return [h("div", { className: "card banner" }, h("span", { className: "spinner" }), h("span", {}, "Connecting to the server …"))];
+      return [
+        h(
+          "div",
+          { className: "card banner" },
+          h("span", { className: "spinner" }),
+          h("span", {}, "Connecting to the server …"),
+        ),
+      ];
     case "waiting":
       return [
         h(
@@ -82,10 +97,13 @@ export function pill(store: Store): HTMLElement {
     const { link, simulation, hello, progress } = store.get();
     const playing = simulation?.playing ?? hello?.playing;
     const [kind, text] =
-      link.status !== "open" ? (["off", "offline"] as const)
-      : progress || !hello ? (["busy", "building"] as const)
-      : playing ? (["live", "live"] as const)
-      : (["paused", "paused"] as const);
+      link.status !== "open"
+        ? (["off", "offline"] as const)
+        : progress || !hello
+          ? (["busy", "building"] as const)
+          : playing
+            ? (["live", "live"] as const)
+            : (["paused", "paused"] as const);
     const viewers = simulation && simulation.viewers > 1 ? ` · ${simulation.viewers} viewers` : "";
     element.dataset["kind"] = kind;
     element.textContent = text + viewers;

@@ -30,7 +30,10 @@ export function helpSheet(table: () => readonly Binding[]): { element: HTMLDialo
     }
     body.replaceChildren(
       list(GESTURES.map(([gesture, what]) => [gesture, what])),
-      list(table().map(({ label, what }) => [label, what]), true),
+      list(
+        table().map(({ label, what }) => [label, what]),
+        true,
+      ),
     );
     element.showModal();
   };

@@ -29,12 +29,12 @@ function levels({ depth }: Hello): HTMLElement[] {
     const name = depth === 0 ? "only level" : level === 0 ? "coarsest" : level === depth ? "finest" : "";
     return h("li", {}, swatch, `${level}`, h("small", {}, name));
   });
-  return [h("h3", {}, "Level of refinement"), h("ul", {}, ...rows)];
+  return [h("h2", {}, "Level of refinement"), h("ul", {}, ...rows)];
 }
 
 function stiffness({ young_range: range }: Hello): HTMLElement[] {
   const [low, high] = range;
-  const title = h("h3", {}, "Young’s modulus");
+  const title = h("h2", {}, "Young’s modulus");
   if (!(high > low)) {
     const swatch = h("span", { className: "swatch" });
     swatch.style.background = css(mapColour(stiffnessPosition(low, range)));
@@ -45,7 +45,12 @@ function stiffness({ young_range: range }: Hello): HTMLElement[] {
   const bar = h("div", { className: "map" });
   bar.style.background = `linear-gradient(to right, ${stops.join(", ")})`;
   const ticks = [0, 0.5, 1].map((t) => h("span", {}, quantity(stiffnessAt(t, range), "Pa")));
-  return [title, bar, h("div", { className: "ticks" }, ...ticks), h("p", { className: "ends" }, h("span", {}, "soft"), h("span", {}, scale), h("span", {}, "stiff"))];
+  return [
+    title,
+    bar,
+    h("div", { className: "ticks" }, ...ticks),
+    h("p", { className: "ends" }, h("span", {}, "soft"), h("span", {}, scale), h("span", {}, "stiff")),
+  ];
 }
 
 /** 0.002 -> 2 mm, 0.05 -> 5 cm, 2 -> 2 m */

@@ -14,8 +14,16 @@ export function settings(store: Store, send: (command: Command) => void): HTMLEl
 
 function view(store: Store): HTMLElement {
   const choice = (value: State["colouring"], label: string) => {
-    const input = h("input", { type: "radio", name: "colouring", value, onchange: () => store.set({ colouring: value }) });
-    store.watch((s) => s.colouring, (now) => (input.checked = now === value));
+    const input = h("input", {
+      type: "radio",
+      name: "colouring",
+      value,
+      onchange: () => store.set({ colouring: value }),
+    });
+    store.watch(
+      (s) => s.colouring,
+      (now) => (input.checked = now === value),
+    );
     return h("label", {}, input, h("span", {}, label));
   };
   const wireframe = h("input", {
@@ -23,7 +31,10 @@ function view(store: Store): HTMLElement {
     onchange: () => store.set({ wireframe: wireframe.checked }),
     attributes: { role: "switch" },
   });
-  store.watch((s) => s.wireframe, (on) => (wireframe.checked = on));
+  store.watch(
+    (s) => s.wireframe,
+    (on) => (wireframe.checked = on),
+  );
   return h(
     "fieldset",
     {},
@@ -79,7 +90,12 @@ function tolerance(store: Store, send: (command: Command) => void): HTMLElement 
       const value = store.get().hello?.tolerance;
       if (value !== undefined) change(value);
     }),
-    h("div", { className: "row" }, slider, h("span", { className: "field percent" }, number, h("span", { className: "suffix" }, "%"))),
+    h(
+      "div",
+      { className: "row" },
+      slider,
+      h("span", { className: "field percent" }, number, h("span", { className: "suffix" }, "%")),
+    ),
   );
 }
 
@@ -117,13 +133,19 @@ function gravity(store: Store, send: (command: Command) => void): HTMLElement {
     h(
       "div",
       { className: "row three" },
-      ...inputs.map((input, i) => h("label", { className: "field" }, h("span", { className: "axis" }, "xyz"[i]), input)),
+      ...inputs.map((input, i) =>
+        h("label", { className: "field" }, h("span", { className: "axis" }, "xyz"[i]), input),
+      ),
     ),
   );
 }
 
 function resetButton(store: Store, label: string, onclick: () => void): HTMLElement {
-  const button = h("button", { type: "button", className: "link", onclick, attributes: { "aria-label": label } }, "reset");
+  const button = h(
+    "button",
+    { type: "button", className: "link", onclick, attributes: { "aria-label": label } },
+    "reset",
+  );
   enableWhenOpen(store, button);
   return button;
 }

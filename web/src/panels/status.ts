@@ -35,12 +35,15 @@ export function status(store: Store): HTMLElement {
     );
   };
   store.watch((s) => s, showNumbers);
-  store.watch((s) => s.simulation?.tets_by_level.join(), () => showLevels(store.get().simulation?.tets_by_level));
+  store.watch(
+    (s) => s.simulation?.tets_by_level.join(),
+    () => showLevels(store.get().simulation?.tets_by_level),
+  );
   return h(
     "section",
     { className: "status", attributes: { "aria-label": "Numbers" } },
     h("div", { className: "tiles" }, rate.element, cost.element, size.element, error.element),
-    h("h3", {}, "Tetrahedra by level"),
+    h("h2", {}, "Tetrahedra by level"),
     bar,
     list,
   );
@@ -53,7 +56,11 @@ function pace(s: SimulationState | null, timeStep: number | undefined): string {
   if (!(s.steps_per_second > 0)) return "";
   const real = s.steps_per_second * timeStep;
   const asked = s.speed === 1 ? "real time" : `${significant(s.speed)}× asked`;
-  return Math.abs(real / s.speed - 1) < 0.05 ? (s.speed === 1 ? "in real time" : `${significant(s.speed)}× real time`) : `${significant(real, 2)}× ${asked}`;
+  return Math.abs(real / s.speed - 1) < 0.05
+    ? s.speed === 1
+      ? "in real time"
+      : `${significant(s.speed)}× real time`
+    : `${significant(real, 2)}× ${asked}`;
 }
 
 const sum = (values: readonly number[]): number => values.reduce((a, b) => a + b, 0);
@@ -76,7 +83,8 @@ function tile(title: string, unit: string) {
       if (note.textContent !== detail) note.textContent = detail;
     },
     meter(ratio: number) {
-      if (!fill.parentElement) element.append(h("div", { className: "meter", attributes: { "aria-hidden": "true" } }, fill));
+      if (!fill.parentElement)
+        element.append(h("div", { className: "meter", attributes: { "aria-hidden": "true" } }, fill));
       fill.style.width = `${100 * Math.min(1, Math.max(0, ratio))}%`;
     },
   };

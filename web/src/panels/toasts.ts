@@ -6,7 +6,10 @@ const STAY = 7000; // [ms]
 
 export class Toasts {
   readonly element = h("div", { className: "toasts", attributes: { role: "alert" } });
-  private readonly shown = new Map<string, { count: number; badge: HTMLElement; timer: ReturnType<typeof setTimeout>; remove: () => void }>();
+  private readonly shown = new Map<
+    string,
+    { count: number; badge: HTMLElement; timer: ReturnType<typeof setTimeout>; remove: () => void }
+  >();
 
   show(text: string): void {
     const known = this.shown.get(text);
@@ -21,7 +24,11 @@ export class Toasts {
       toast.remove();
       this.shown.delete(text);
     };
-    const close = h("button", { type: "button", className: "icon small", onclick: remove, attributes: { "aria-label": "Dismiss" } }, icon("close"));
+    const close = h(
+      "button",
+      { type: "button", className: "icon small", onclick: remove, attributes: { "aria-label": "Dismiss" } },
+      icon("close"),
+    );
     const toast = h("div", { className: "card toast" }, h("span", {}, text, badge), close);
     this.element.append(toast);
     this.shown.set(text, { count: 1, badge, timer: setTimeout(remove, STAY), remove });

@@ -17,7 +17,11 @@ export function toolbar(store: Store, actions: Actions): HTMLElement {
     onchange: () => actions.speed(Number(speed.value)),
     attributes: { "aria-label": "Speed" },
   });
-  const clock = h("output", { className: "clock", title: "Simulated time", attributes: { "aria-label": "Simulated time" } });
+  const clock = h("output", {
+    className: "clock",
+    title: "Simulated time",
+    attributes: { "aria-label": "Simulated time" },
+  });
   const buttons = [play, step, reset, speed];
 
   store.watch(isOpen, (open) => buttons.forEach((button) => (button.disabled = !open)));
@@ -32,6 +36,17 @@ export function toolbar(store: Store, actions: Actions): HTMLElement {
     speed.replaceChildren(...values.map((v) => h("option", { value: String(v), textContent: `${v}×` })));
     speed.value = String(value);
   });
-  store.watch((s) => s.simulation?.time ?? null, (time) => (clock.textContent = time === null ? "–" : duration(time)));
-  return h("nav", { className: "card toolbar", attributes: { "aria-label": "Simulation" } }, reset, play, step, speed, clock);
+  store.watch(
+    (s) => s.simulation?.time ?? null,
+    (time) => (clock.textContent = time === null ? "–" : duration(time)),
+  );
+  return h(
+    "nav",
+    { className: "card toolbar", attributes: { "aria-label": "Simulation" } },
+    reset,
+    play,
+    step,
+    speed,
+    clock,
+  );
 }

@@ -17,8 +17,13 @@ const OTHERS = "#8a94a6"; // pulls of other viewers
 
 export class Bands {
   readonly object = new THREE.Group();
-  private readonly pool: { root: THREE.Group; dot: THREE.Mesh; line: THREE.Mesh; head: THREE.Mesh; label: HTMLElement }[] =
-    [];
+  private readonly pool: {
+    root: THREE.Group;
+    dot: THREE.Mesh;
+    line: THREE.Mesh;
+    head: THREE.Mesh;
+    label: HTMLElement;
+  }[] = [];
   private readonly dot = new THREE.SphereGeometry(1, 16, 12);
   private readonly line = new THREE.CylinderGeometry(1, 1, 1, 12, 1, true).translate(0, 0.5, 0);
   private readonly head = new THREE.ConeGeometry(1, 1, 20).translate(0, 0.5, 0);
@@ -33,7 +38,7 @@ export class Bands {
     this.pool.forEach(({ root, dot, line, head, label }, i) => {
       const band = bands[i] as Band | undefined;
       root.visible = band !== undefined;
-      label.hidden = band?.force == null;
+      label.hidden = band === undefined || band.force === null;
       if (!band) return;
       const material = i < own ? this.own : this.others;
       dot.material = line.material = head.material = material;

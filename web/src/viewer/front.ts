@@ -66,7 +66,8 @@ export class FrontLines {
 
   /** Lines stay readable on a surface of their own colour, and before the background. */
   theme(dark: boolean): void {
-    this.shared.contrast.value.set(...(dark ? ([1, 1, 1, 0.3] as const) : ([0, 0, 0, 0.5] as const)));
+    if (dark) this.shared.contrast.value.set(1, 1, 1, 0.1);
+    else this.shared.contrast.value.set(0, 0, 0, 0.5);
   }
 
   dispose(): void {

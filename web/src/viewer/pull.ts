@@ -48,7 +48,9 @@ export class PullHand {
     element.addEventListener("pointerup", (event) => this.up(event));
     element.addEventListener("pointercancel", (event) => this.up(event));
     element.addEventListener("lostpointercapture", (event) => this.up(event));
-    element.addEventListener("dblclick", (event) => this.events.focus(this.events.pick(this.ray(event))?.point ?? null));
+    element.addEventListener("dblclick", (event) =>
+      this.events.focus(this.events.pick(this.ray(event))?.point ?? null),
+    );
     element.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 
@@ -86,7 +88,13 @@ export class PullHand {
     this.start = [event.clientX, event.clientY];
     const normal = this.camera.getWorldDirection(new THREE.Vector3());
     this.plane.setFromNormalAndCoplanarPoint(normal, new THREE.Vector3(...hit.point));
-    this.grip = { pull: this.next++, triangle: hit.triangle, barycentric: hit.barycentric, target: hit.point, begun: false };
+    this.grip = {
+      pull: this.next++,
+      triangle: hit.triangle,
+      barycentric: hit.barycentric,
+      target: hit.point,
+      begun: false,
+    };
     this.events.changed();
   }
 

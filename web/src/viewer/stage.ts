@@ -45,10 +45,12 @@ export class Stage {
     view.normalize();
     const left = new THREE.Vector3().crossVectors(view, this.up);
     const from = (a: number, b: number, c: number) =>
-      centre.clone().addScaledVector(
-        view.clone().multiplyScalar(a).addScaledVector(left, b).addScaledVector(this.up, c).normalize(),
-        4 * this.radius,
-      );
+      centre
+        .clone()
+        .addScaledVector(
+          view.clone().multiplyScalar(a).addScaledVector(left, b).addScaledVector(this.up, c).normalize(),
+          4 * this.radius,
+        );
     this.sky.position.copy(this.up);
     this.key.position.copy(from(0.75, 0.8, 1.6));
     this.key.target.position.copy(centre);

@@ -32,18 +32,18 @@ export class Viewer {
   private dirty = true;
   private place = "";
 
-  /** Throws when the browser has no WebGL 2. */
+  /** `frugal`: no smoothed edges, no shadow, one pixel a pixel. Throws when the browser has no WebGL 2. */
   constructor(
     private readonly canvas: HTMLCanvasElement,
     labels: HTMLElement,
     private readonly store: Store,
     send: (command: Command) => void,
+    private readonly frugal: boolean,
   ) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
-    this.renderer.shadowMap.enabled = true;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !frugal, alpha: true });
+    this.renderer.shadowMap.enabled = !frugal;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
-    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
     this.rig = new CameraRig(canvas, () => this.invalidate());
     this.bands = new Bands(labels);
     this.hand = new PullHand(canvas, this.rig.camera, {
@@ -55,14 +55,26 @@ export class Viewer {
     });
     this.scene.add(this.stage.object, this.front.object, this.bands.object);
     this.front.object.visible = false;
-    store.watch((s) => s.hello, (hello) => hello && this.welcome(hello));
-    store.watch((s) => s.colouring, () => this.colour());
-    store.watch((s) => s.wireframe, (on) => this.showWireframe(on));
-    store.watch((s) => s.dark, (dark) => {
-      this.stage.theme(dark);
-      this.front.theme(dark);
-      this.invalidate();
-    });
+    store.watch(
+      (s) => s.hello,
+      (hello) => hello && this.welcome(hello),
+    );
+    store.watch(
+      (s) => s.colouring,
+      () => this.colour(),
+    );
+    store.watch(
+      (s) => s.wireframe,
+      (on) => this.showWireframe(on),
+    );
+    store.watch(
+      (s) => s.dark,
+      (dark) => {
+        this.stage.theme(dark);
+        this.front.theme(dark);
+        this.invalidate();
+      },
+    );
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.renderer.setAnimationLoop((now) => this.tick(now));
   }
@@ -142,6 +154,8 @@ export class Viewer {
   private colour(): void {
     if (!this.surface || !this.topology) return;
     this.surface.colour(this.store.get().colouring, this.topology.surfaceLevel);
+    // three uploads changed attributes of an object that casts shadows with the shadow's pass: without it, a frame late.
+    this.renderer.shadowMap.needsUpdate = true;
     this.invalidate();
   }
 
@@ -154,7 +168,7 @@ export class Viewer {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (width === 0 || height === 0) return;
-    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
+    this.renderer.setPixelRatio(this.frugal ? 1 : Math.min(2, devicePixelRatio));
     this.renderer.setSize(width, height, false);
     this.front.resize(width, height, this.renderer.getPixelRatio());
     this.rig.resize(width / height);
@@ -191,7 +205,9 @@ export class Viewer {
     if (grip && this.surface) {
       const from = surfacePoint(this.surface.positions, this.surface.triangles, grip.triangle, grip.barycentric);
       const away = (band: Band) => Math.hypot(...band.from.map((x, i) => x - from[i]));
-      const mine = grip.begun ? bands.reduce((best, band, i) => (i === 0 || away(band) < away(bands[best]) ? i : best), 0) : -1;
+      const mine = grip.begun
+        ? bands.reduce((best, band, i) => (i === 0 || away(band) < away(bands[best]) ? i : best), 0)
+        : -1;
       const force = mine >= 0 && bands.length > 0 ? bands.splice(mine, 1)[0].force : null;
       bands.unshift({ from, to: grip.target, force });
     }

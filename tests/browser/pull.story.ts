@@ -1,0 +1,91 @@
+// Someone grabs the object and pulls. What no drag does is measured beside it.
+
+import type { Browser, Page } from "playwright-core";
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+
+import { startMockServer } from "./mock_server.mjs";
+import { largestMove, launch, open, pause, pointOnObject, positions, screenshot, still } from "./support";
+
+let browser: Browser;
+let server: Awaited<ReturnType<typeof startMockServer>>;
+let page: Page;
+let problems: string[];
+const sent = () => server.simulation.commands.map(({ command }: { command: string }) => command);
+
+beforeAll(async () => {
+  browser = await launch();
+  server = await startMockServer();
+  server.simulation.gravity = [0, 0, 0]; // no sway: what moves, is pulled
+  ({ page, problems } = await open(browser, server.url));
+});
+afterAll(async () => {
+  await browser.close();
+  await server.close();
+});
+
+describe("pulling", () => {
+  it("moves the object; moving the pointer without a button does not", async () => {
+    const at = await pointOnObject(page);
+    const rest = await positions(page);
+    await page.mouse.move(at.x - 60, at.y - 40, { steps: 4 });
+    await page.waitForTimeout(500);
+    expect(largestMove(rest, await positions(page))).toBeLessThan(1e-4);
+    expect(sent()).toEqual([]);
+
+    await page.mouse.move(at.x, at.y);
+    await page.mouse.down();
+    await page.mouse.move(at.x - 30, at.y - 20, { steps: 3 });
+    await page.mouse.move(at.x - 60, at.y - 40, { steps: 3 });
+    await page.waitForFunction(() => (window.tetfront!.frame()?.pulls.length ?? 0) > 0);
+    await page.waitForTimeout(700);
+    expect(largestMove(rest, await positions(page))).toBeGreaterThan(0.05);
+    await screenshot(page, "pull");
+    expect(await page.innerText("output.force:not([hidden])")).toMatch(/^[\d.]+ N$/);
+    expect(await page.getAttribute("#view", "class")).toContain("pulling");
+
+    await page.mouse.up();
+    await page.waitForFunction(() => window.tetfront!.frame()?.pulls.length === 0);
+    await page.waitForTimeout(1200);
+    expect(largestMove(rest, await positions(page))).toBeLessThan(0.01);
+    expect(await page.isVisible("output.force")).toBe(false);
+    expect(sent()[0]).toBe("pull_begin");
+    expect(sent().filter((command: string) => command === "pull_move").length).toBeGreaterThan(0);
+    expect(sent().at(-1)).toBe("pull_end");
+  });
+
+  it("grabs the point under the pointer", () => {
+    const begin = server.simulation.commands.find(({ command }: { command: string }) => command === "pull_begin");
+    expect(begin.barycentric.reduce((a: number, b: number) => a + b)).toBeCloseTo(1, 9);
+    const held = server.simulation.at(server.simulation.shape.rest, begin);
+    // The hand has moved only a few pixels when the pull begins: metres away would be another point.
+    expect(Math.hypot(...held.map((x: number, i: number) => x - begin.target[i]))).toBeLessThan(0.2);
+  });
+
+  it("does not disturb the object by a click, a right drag, or a drag beside it", async () => {
+    const before = sent().length;
+    const at = await pointOnObject(page);
+    await page.mouse.click(at.x, at.y);
+    await page.mouse.down({ button: "right" });
+    await page.mouse.move(at.x + 30, at.y, { steps: 3 });
+    await page.mouse.up({ button: "right" });
+    await page.mouse.move(60, 110);
+    await page.mouse.down();
+    await page.mouse.move(90, 110, { steps: 3 });
+    await page.mouse.up();
+    expect(sent().length).toBe(before);
+    await page.keyboard.press("f");
+  });
+
+  it("looks at a point by a double-click", async () => {
+    await pause(page);
+    const at = await pointOnObject(page);
+    const before = sent().length;
+    const redraws = await page.evaluate(() => window.tetfront!.redraws());
+    await page.mouse.dblclick(at.x, at.y);
+    await still(page);
+    expect(await page.evaluate(() => window.tetfront!.redraws())).toBeGreaterThan(redraws);
+    expect(sent().length).toBe(before);
+  });
+
+  it("has had no errors", () => expect(problems).toEqual([]));
+});

@@ -1,0 +1,70 @@
+// The server is killed and started again; before that, it builds its model. The page says what is going on and comes back.
+
+import type { Browser } from "playwright-core";
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+
+import { startMockServer } from "./mock_server.mjs";
+import { largestMove, launch, open, positions, screenshot, shown, state } from "./support";
+
+let browser: Browser;
+beforeAll(async () => {
+  browser = await launch();
+});
+afterAll(() => browser.close());
+
+describe("the connection", () => {
+  it("is found again after a restart, with a countdown in between", async () => {
+    let server = await startMockServer();
+    const { page } = await open(browser, server.url);
+    await page.keyboard.press("c");
+    const colouring = (await state(page)).colouring;
+    await server.close();
+    await page.waitForSelector(".banner .countdown");
+    expect(await page.innerText(".banners")).toMatch(/No connection to the server. Trying again in \d+ s/);
+    expect(await page.innerText(".pill")).toBe("offline");
+    expect(await page.isDisabled("[aria-label=Reset]")).toBe(true);
+    expect((await positions(page)).length).toBeGreaterThan(0); // the last picture stays
+    await screenshot(page, "offline");
+
+    await page.keyboard.press("r"); // nothing is sent later by surprise
+    expect(await page.innerText(".toasts")).toContain("Reset: there is no connection");
+
+    server = await startMockServer({ port: server.port });
+    await page.waitForFunction(
+      () => window.tetfront!.state().link.status === "open" && window.tetfront!.state().simulation,
+    );
+    await page.waitForSelector(".banner", { state: "detached" });
+    const before = await positions(page);
+    await page.waitForTimeout(500);
+    expect(largestMove(before, await positions(page))).toBeGreaterThan(0.005);
+    expect((await state(page)).colouring).toBe(colouring);
+    expect(server.simulation.commands).toEqual([]);
+    await page.close();
+    await server.close();
+  });
+
+  it("shows how far the model is", async () => {
+    const server = await startMockServer({ building: 3000 });
+    const page = await browser.newPage({ viewport: { width: 640, height: 360 } });
+    await page.goto(server.url);
+    await page.waitForSelector("progress");
+    expect(await page.innerText(".banners")).toMatch(/Building the model: elasticity matrices \(\d+ %\)/);
+    await screenshot(page, "building");
+    await shown(page);
+    expect(await page.$("progress")).toBeNull();
+    await page.close();
+    await server.close();
+  });
+
+  it("tells a warning of the simulation for as long as it holds", async () => {
+    const server = await startMockServer();
+    const { page } = await open(browser, server.url);
+    server.simulation.warning = "The solver stopped early.";
+    await page.waitForSelector(".banner.warning");
+    expect(await page.innerText(".banner.warning")).toBe("The solver stopped early.");
+    server.simulation.warning = "";
+    await page.waitForSelector(".banner.warning", { state: "detached" });
+    await page.close();
+    await server.close();
+  });
+});

@@ -1,0 +1,106 @@
+import { beforeEach, describe, expect, it, vi } from "vitest";
+
+import { Connection } from "../../web/src/connection";
+import type { Port } from "../../web/src/connection";
+import type { LinkEvent } from "../../web/src/link";
+import { decodeBinary } from "../../web/src/protocol";
+import type { Hello } from "../../web/src/protocol";
+import { initialState, isOpen, Store } from "../../web/src/store";
+import type { WorkerRequest } from "../../web/src/worker";
+import { frame } from "./bytes";
+
+let store: Store;
+let port: Port & { requests: WorkerRequest[] };
+let connection: Connection;
+const events = { binary: vi.fn(), refused: vi.fn(), interrupted: vi.fn() };
+const emit = (event: LinkEvent) => port.onmessage?.({ data: event } as MessageEvent<LinkEvent>);
+const hello = (name: string, playing = true) =>
+  emit({
+    kind: "text",
+    message: {
+      ...({ type: "hello", protocol: 1, scene: { name, title: "" }, playing } as unknown as Hello),
+      view: { eye: [0, 0, 0], target: [0, 0, 0], field_of_view: 35, colouring: "stiffness", wireframe: true },
+    },
+  });
+
+beforeEach(() => {
+  vi.resetAllMocks();
+  store = new Store({ ...initialState });
+  port = { requests: [], onmessage: null, postMessage: (request) => port.requests.push(request) };
+  connection = new Connection(port, store, events);
+  emit({ kind: "link", link: { status: "open" } });
+});
+
+describe("Connection", () => {
+  it("is usable after the hello only", () => {
+    expect(isOpen(store.get())).toBe(false);
+    hello("a");
+    expect(isOpen(store.get())).toBe(true);
+  });
+
+  it("takes the view of a new scene, and keeps the user's for the same one", () => {
+    hello("a");
+    expect(store.get()).toMatchObject({ colouring: "stiffness", wireframe: true });
+    store.set({ colouring: "level", wireframe: false });
+    hello("a");
+    expect(store.get()).toMatchObject({ colouring: "level", wireframe: false });
+    hello("b");
+    expect(store.get()).toMatchObject({ colouring: "stiffness", wireframe: true });
+  });
+
+  it("numbers commands and tells which one was refused, and where", () => {
+    connection.send({ command: "play" });
+    connection.send({ command: "tolerance", value: 3 });
+    expect(port.requests).toMatchObject([{ id: 1 }, { id: 2 }]);
+    const refusal = { type: "error", code: "out_of_range", pointer: "/value", message: "use 0..1" } as const;
+    emit({ kind: "text", message: { type: "ok", id: 1 } });
+    emit({ kind: "text", message: { ...refusal, id: 2 } });
+    expect(events.refused).toHaveBeenCalledExactlyOnceWith({ command: "tolerance", value: 3 }, "/value use 0..1");
+    emit({ kind: "text", message: { ...refusal, id: null, pointer: "" } });
+    expect(events.refused).toHaveBeenLastCalledWith(null, "use 0..1");
+  });
+
+  it("does not send without a connection, and says so", () => {
+    emit({ kind: "link", link: { status: "connecting" } });
+    connection.send({ command: "play" });
+    expect(port.requests).toEqual([]);
+    expect(events.refused).toHaveBeenCalledOnce();
+  });
+
+  it("forgets the numbers, but not the scene, when the connection is lost", () => {
+    hello("a");
+    store.set({ progress: { type: "progress", what: "", fraction: 0.5 } });
+    emit({ kind: "link", link: { status: "waiting", until: 0, attempt: 1 } });
+    expect(store.get()).toMatchObject({ simulation: null, progress: null, hello: { scene: { name: "a" } } });
+    expect(events.interrupted).toHaveBeenCalledTimes(2); // when it opened, when it closed
+  });
+
+  it("asks for the next frame when it has one, and counts what was skipped", () => {
+    emit({ kind: "binary", message: decodeBinary(frame(1)), dropped: 2 });
+    expect(events.binary).toHaveBeenCalledOnce();
+    expect(port.requests).toEqual([{ kind: "ready" }]);
+    expect(store.get().framesDropped).toBe(2);
+  });
+
+  it("shows progress until it is done", () => {
+    emit({ kind: "text", message: { type: "progress", what: "tree", fraction: 0.4 } });
+    expect(store.get().progress?.what).toBe("tree");
+    emit({ kind: "text", message: { type: "progress", what: "tree", fraction: 1 } });
+    expect(store.get().progress).toBeNull();
+  });
+});
+
+describe("Store.watch", () => {
+  it("reacts at once, then on changes of its part only, until stopped", () => {
+    const seen: boolean[] = [];
+    const stop = store.watch(
+      (s) => s.wireframe,
+      (on) => seen.push(on),
+    );
+    store.set({ dark: true });
+    store.set({ wireframe: true });
+    stop();
+    store.set({ wireframe: false });
+    expect(seen).toEqual([false, true]);
+  });
+});

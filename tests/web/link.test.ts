@@ -1,0 +1,190 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+
+import { backoff, Link, transferOf } from "../../web/src/link";
+import type { LinkEvent } from "../../web/src/link";
+import { frame, model, topology } from "./bytes";
+
+class FalseSocket {
+  static all: FalseSocket[] = [];
+  readyState = 0;
+  binaryType = "";
+  sent: string[] = [];
+  onopen: (() => void) | null = null;
+  onclose: (() => void) | null = null;
+  onmessage: ((event: { data: unknown }) => void) | null = null;
+  constructor(
+    readonly url: string,
+    readonly protocol: string,
+  ) {
+    FalseSocket.all.push(this);
+  }
+  open() {
+    this.readyState = 1;
+    this.onopen?.();
+  }
+  receive(...messages: unknown[]) {
+    for (const data of messages) this.onmessage?.({ data });
+  }
+  send(text: string) {
+    this.sent.push(text);
+  }
+  close() {
+    this.readyState = 3;
+    this.onclose?.();
+  }
+}
+
+let events: LinkEvent[];
+let link: Link;
+const socket = () => FalseSocket.all.at(-1)!;
+const links = () => events.flatMap((event) => (event.kind === "link" ? [event.link.status] : []));
+const shown = () =>
+  events.flatMap((event) => (event.kind === "binary" ? [`${event.message.kind} ${event.message.sequence}`] : []));
+const frames = () => shown().filter((name) => name.startsWith("frame"));
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  FalseSocket.all = [];
+  events = [];
+  link = new Link({
+    url: "ws://host/ws",
+    emit: (event) => events.push(event),
+    open: (url, protocol) => new FalseSocket(url, protocol) as unknown as WebSocket,
+  });
+  link.connect();
+});
+afterEach(() => vi.useRealTimers());
+
+describe("connecting", () => {
+  it("offers the subprotocol and reports each state", () => {
+    expect(socket()).toMatchObject({ url: "ws://host/ws", protocol: "tetfront.v1", binaryType: "arraybuffer" });
+    socket().open();
+    expect(links()).toEqual(["connecting", "open"]);
+  });
+
+  it("comes back by itself, later and later, and soon again after a success", () => {
+    const waits: number[] = [];
+    for (let i = 0; i < 6; ++i) {
+      const before = FalseSocket.all.length;
+      socket().close();
+      const event = events.at(-1)!;
+      if (event.kind !== "link" || event.link.status !== "waiting") throw new Error();
+      waits.push(event.link.until - Date.now());
+      vi.advanceTimersByTime(waits[i] - 1);
+      expect(FalseSocket.all.length).toBe(before);
+      vi.advanceTimersByTime(1);
+      expect(FalseSocket.all.length).toBe(before + 1);
+    }
+    expect(waits).toEqual([500, 1000, 2000, 4000, 8000, 10000]);
+    socket().open();
+    socket().receive(JSON.stringify(hello));
+    socket().close();
+    expect(events.at(-1)).toMatchObject({ link: { status: "waiting", attempt: 1 } });
+    expect(backoff(1)).toBe(500);
+  });
+
+  it("gives up on a server that does not answer, and tries again", () => {
+    vi.advanceTimersByTime(8000);
+    expect(links()).toEqual(["connecting", "waiting"]);
+  });
+
+  it("tries at once when asked to, and only once", () => {
+    socket().close();
+    link.connect();
+    link.connect();
+    vi.advanceTimersByTime(1000);
+    expect(FalseSocket.all.length).toBe(2);
+  });
+
+  it("stops at a server that breaks the protocol, and says why", () => {
+    socket().open();
+    socket().receive(new ArrayBuffer(3));
+    expect(events.at(-1)).toMatchObject({
+      link: { status: "incompatible", reason: expect.stringContaining("3 bytes") },
+    });
+    vi.advanceTimersByTime(60_000);
+    expect(FalseSocket.all.length).toBe(1);
+  });
+});
+
+describe("commands", () => {
+  it("go out while the connection is open, and are not kept for later", () => {
+    expect(link.send(1, { command: "play" })).toBe(false);
+    socket().open();
+    expect(link.send(2, { command: "pause" })).toBe(true);
+    expect(socket().sent).toEqual(['{"id":2,"command":"pause"}']);
+  });
+});
+
+describe("frames", () => {
+  beforeEach(() => {
+    socket().open();
+    socket().receive(model(), topology(1));
+  });
+
+  it("wait for the page, and only the newest does", () => {
+    socket().receive(frame(1, { sequence: 1 }), frame(1, { sequence: 2 }), frame(1, { sequence: 3 }));
+    expect(frames()).toEqual(["frame 1"]);
+    link.ready();
+    expect(frames()).toEqual(["frame 1", "frame 3"]);
+    expect(events.at(-1)).toMatchObject({ dropped: 1 });
+    link.ready();
+    expect(frames()).toEqual(["frame 1", "frame 3"]);
+    socket().receive(frame(1, { sequence: 4 }));
+    expect(frames().at(-1)).toBe("frame 4");
+  });
+
+  it("of another epoch or generation never pass", () => {
+    socket().receive(frame(2, { sequence: 1 }), frame(1, { sequence: 2, generation: 2 }));
+    expect(frames()).toEqual([]);
+    socket().receive(topology(2), frame(1, { sequence: 3 }), frame(2, { sequence: 4 }));
+    expect(frames()).toEqual(["frame 4"]);
+  });
+
+  it("that wait are dropped when the topology changes", () => {
+    socket().receive(frame(1, { sequence: 1 }), frame(1, { sequence: 2 }), topology(2));
+    link.ready();
+    expect(frames()).toEqual(["frame 1"]);
+    socket().receive(frame(2, { sequence: 3 }));
+    expect(frames()).toEqual(["frame 1", "frame 3"]);
+  });
+
+  it("of the last connection do not pass in the next one", () => {
+    socket().close();
+    vi.advanceTimersByTime(500);
+    socket().open();
+    socket().receive(topology(1), frame(1, { sequence: 9 }));
+    expect(shown()).toEqual(["model 0", "topology 0"]);
+  });
+
+  it("with other counts than their model's break the protocol", () => {
+    const bytes = frame(1);
+    new DataView(bytes).setUint32(12, 2, true); // 2 surface vertices take 12 bytes, 3 take 18 + 2
+    new DataView(bytes).setUint32(24, 3, true); // 3 front vertices take 20, 2 take 12
+    socket().receive(bytes);
+    expect(events.at(-1)).toMatchObject({
+      link: { status: "incompatible", reason: expect.stringMatching(/2 surface/) },
+    });
+  });
+
+  it("are transferred, not copied", () => {
+    socket().receive(frame(1));
+    const event = events.at(-1)!;
+    if (event.kind !== "binary" || event.message.kind !== "frame") throw new Error();
+    expect(transferOf(event)).toEqual([event.message.pulls.buffer]);
+  });
+});
+
+const hello = {
+  ...{
+    type: "hello",
+    protocol: 1,
+    version: "0",
+    scene: { name: "a", title: "A" },
+    up: 2,
+    depth: 1,
+    young_range: [1, 1],
+  },
+  ...{ rest_box: [0, 0, 0, 1, 1, 1], view: {}, gravity: [0, 0, 0], tolerance: 0.1, time_step: 0.01, order: 1 },
+  ...{ playing: true, speed: 1, limits: { message_bytes: 65536 } },
+};

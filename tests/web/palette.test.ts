@@ -1,0 +1,49 @@
+import { readFileSync } from "node:fs";
+import { describe, expect, it } from "vitest";
+
+import { levelColour, mapColour, PULL, stiffnessAt, stiffnessPosition } from "../../web/src/palette";
+import type { Rgb } from "../../web/src/palette";
+
+// The renderer of the PNGs is held to the same file.
+const golden = JSON.parse(readFileSync(new URL("../golden/palette.json", import.meta.url), "utf8")) as {
+  levels: string[];
+  stiffness: string[];
+  pull: string;
+  samples: { young: number; range: [number, number]; position: number; colour: number[] }[];
+};
+const bytes = (colour: Rgb) => colour.map((x) => Math.round(255 * x));
+const hex = (colour: Rgb) =>
+  `#${bytes(colour)
+    .map((x) => x.toString(16).padStart(2, "0"))
+    .join("")}`;
+
+describe("the palette", () => {
+  it("has the levels' colours, and repeats the last", () => {
+    golden.levels.forEach((colour, level) => expect(hex(levelColour(level))).toBe(colour));
+    expect(hex(levelColour(99))).toBe(golden.levels.at(-1));
+  });
+
+  it("has the stiffness map's stops and nothing in between", () => {
+    const last = golden.stiffness.length - 1;
+    golden.stiffness.forEach((colour, i) => expect(hex(mapColour(i / last))).toBe(colour));
+    const [a, middle, b] = [0, 0.5 / last, 1 / last].map(mapColour);
+    middle.forEach((x, i) => expect(x).toBeCloseTo((a[i] + b[i]) / 2, 6));
+  });
+
+  it("has the pull's colour", () => expect(PULL).toBe(golden.pull));
+
+  it.each(golden.samples)("colours $young Pa within $range", ({ young, range, position, colour }) => {
+    expect(stiffnessPosition(young, range)).toBeCloseTo(position, 5);
+    bytes(mapColour(stiffnessPosition(young, range))).forEach((x, i) =>
+      expect(Math.abs(x - colour[i])).toBeLessThanOrEqual(1),
+    );
+  });
+
+  it.each([
+    [1e4, 1e6],
+    [1e5, 9e5],
+  ] as const)("labels the legend by the inverse, %d to %d Pa", (low, high) => {
+    for (const t of [0, 0.3, 0.5, 1])
+      expect(stiffnessPosition(stiffnessAt(t, [low, high]), [low, high])).toBeCloseTo(t, 9);
+  });
+});

@@ -1,0 +1,118 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+
+import { makeActions, SPEEDS } from "../../web/src/actions";
+import { count, duration, percent, quantity, significant } from "../../web/src/format";
+import { bindings, findBinding } from "../../web/src/keys";
+import { troubleOf } from "../../web/src/panels/banner";
+import { throttle } from "../../web/src/panels/dom";
+import { quantityOfLength } from "../../web/src/panels/legend";
+import type { SimulationState } from "../../web/src/protocol";
+import { initialState, Store } from "../../web/src/store";
+import type { CameraRig } from "../../web/src/viewer/camera";
+
+describe("numbers", () => {
+  it.each([
+    [1234567, "1.23 MPa"],
+    [999, "999 Pa"],
+    [999.6, "1 kPa"],
+    [-2500, "−2.5 kPa"],
+    [0.0123, "0.0123 Pa"],
+    [0, "0 Pa"],
+    [NaN, "–"],
+  ])("%d Pa is %s", (value, text) => expect(quantity(value, "Pa")).toBe(text));
+
+  it("are short", () => {
+    expect(significant(0.000012345)).toBe("1.2e−5");
+    expect(significant(16.6667)).toBe("16.7");
+    expect(percent(0.0214)).toBe("2.1 %");
+    expect(count(1234567)).toBe("1\u202f234\u202f567");
+    expect([duration(3.254), duration(125)]).toEqual(["3.25 s", "2 min 5.0 s"]);
+    expect([0.002, 0.01, 0.2, 1, 2000].map(quantityOfLength)).toEqual(["2 mm", "1 cm", "20 cm", "1 m", "2 km"]);
+  });
+});
+
+describe("keys", () => {
+  const send = vi.fn();
+  const rig = { goHome: vi.fn(), nudge: vi.fn() } as unknown as CameraRig;
+  const store = new Store({ ...initialState });
+  const table = bindings(makeActions(store, send, rig), () => undefined);
+  const press = (key: string, modifiers = {}) => {
+    const none = { shiftKey: false, ctrlKey: false, metaKey: false, altKey: false };
+    return findBinding(table, { key, ...none, ...modifiers });
+  };
+  const state = (patch: Partial<SimulationState>) => store.set({ simulation: patch as SimulationState });
+  beforeEach(() => send.mockClear());
+
+  it("belong to one action each", () => {
+    const all = table.flatMap(({ keys }) => keys);
+    expect(new Set(all).size).toBe(all.length);
+  });
+
+  it("leave the browser's own combinations alone", () => {
+    expect(press("r", { ctrlKey: true })).toBeUndefined();
+    expect(press("c", { metaKey: true })).toBeUndefined();
+    expect(press("R", { shiftKey: true })?.what).toMatch(/Reset/);
+    expect(press("?", { shiftKey: true })?.what).toMatch(/sheet/);
+    expect(press("ArrowRight", { shiftKey: true })?.what).toMatch(/Orbit/);
+  });
+
+  it("play or pause, by what the server says", () => {
+    state({ playing: true });
+    press(" ")?.run();
+    state({ playing: false });
+    press(" ")?.run();
+    expect(send.mock.calls).toEqual([[{ command: "pause" }], [{ command: "play" }]]);
+  });
+
+  it("pause before a single step", () => {
+    state({ playing: true });
+    press("ArrowRight")?.run();
+    expect(send.mock.calls.map(([command]) => command.command)).toEqual(["pause", "step"]);
+  });
+
+  it("walk through the speeds and stop at the ends", () => {
+    state({ speed: 1 });
+    press("+")?.run();
+    state({ speed: 0.3 });
+    press("-")?.run();
+    state({ speed: SPEEDS[SPEEDS.length - 1] });
+    press("+")?.run();
+    expect(send.mock.calls).toEqual([[{ command: "speed", value: 2 }], [{ command: "speed", value: 0.25 }]]);
+  });
+
+  it("switch colouring and wireframe without asking the server", () => {
+    press("c")?.run();
+    press("w")?.run();
+    expect(store.get()).toMatchObject({ colouring: "stiffness", wireframe: true });
+    expect(send).not.toHaveBeenCalled();
+  });
+});
+
+describe("trouble", () => {
+  const trouble = (simulation: Partial<SimulationState> | null) =>
+    troubleOf({ ...initialState, simulation: simulation as SimulationState | null });
+  it("is silent when all is well", () => {
+    expect(trouble(null)).toBe("");
+    expect(trouble({ warning: "", converged: true })).toBe("");
+  });
+  it("tells the server's warning first, then a solver that did not converge", () => {
+    expect(trouble({ warning: "diverged", converged: false })).toBe("diverged");
+    expect(trouble({ warning: "", converged: false })).toMatch(/solver/);
+  });
+});
+
+describe("throttle", () => {
+  beforeEach(() => void vi.useFakeTimers());
+  afterEach(() => void vi.useRealTimers());
+  it("lets the first through at once and the last at the end", () => {
+    const seen: number[] = [];
+    const call = throttle(100, (x: number) => seen.push(x));
+    [1, 2, 3].forEach((x) => call(x));
+    expect(seen).toEqual([1]);
+    vi.advanceTimersByTime(100);
+    expect(seen).toEqual([1, 3]);
+    vi.advanceTimersByTime(1000);
+    call(4);
+    expect(seen).toEqual([1, 3, 4]);
+  });
+});
