@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <tuple>
@@ -132,7 +133,7 @@ struct Component {
     std::vector<std::int32_t> triangles;
     bool closed = true;
     double volume = 0, area = 0;  // signed volume, seen from the area-weighted middle
-    Vec3 low, high;
+    Vec3 low = Vec3::Zero(), high = Vec3::Zero();
 };
 
 class Orienter {
@@ -296,12 +297,11 @@ SurfaceRepairs repair(SurfaceMesh& surface) {
 }
 
 std::string describe(const SurfaceRepairs& r) {
-    std::string text;
+    std::string text;  // welded vertices are no news: most formats store them once for each triangle
     const auto say = [&](std::size_t count, const char* what) {
         if (count) text += std::to_string(count) + " " + what + "\n";
     };
     say(r.parts > 1 ? r.parts : 0, "parts merged");
-    say(r.welded_vertices, "vertices welded");
     say(r.unused_vertices, "unused vertices dropped");
     say(r.degenerate_triangles, "degenerate triangles dropped");
     say(r.duplicate_triangles, "duplicate triangles dropped");

@@ -56,6 +56,21 @@ DisjointSets groups_by_faces(const TetMesh& mesh, const TetId* tets, std::size_t
     return sets;
 }
 
+/// Worst angle of the four tets around the diagonal between the midpoints of corners 0-2 and 1-3, as its distance from
+/// 0 or 180 degrees. The corner children have their parent's shape, and later generations bring no new shapes.
+double refined_quality(const TetMesh& mesh, const std::array<VertexId, 4>& c) {
+    const auto middle = [&](std::size_t i, std::size_t j) -> Vec3 {
+        return (mesh.positions[c[i]] + mesh.positions[c[j]]) / 2;
+    };
+    const std::array<Vec3, 4> ring = {middle(0, 1), middle(1, 2), middle(2, 3), middle(3, 0)};
+    double worst = 180;
+    for (std::size_t i = 0; i < 4; ++i) {
+        const auto [low, high] = dihedral_range(middle(0, 2), middle(1, 3), ring[i], ring[(i + 1) % 4]);
+        worst = std::min({worst, low, 180 - high});
+    }
+    return worst;
+}
+
 }  // namespace
 
 std::size_t separate_pinches(TetMesh& mesh) {
@@ -155,17 +170,16 @@ TetMesh keep_tets(const TetMesh& mesh, const std::function<bool(TetId)>& keep) {
 
 void order_for_refinement(TetMesh& mesh) {
     for (auto& c : mesh.corners) {
-        const auto& x = mesh.positions;
-        const auto diagonal = [&](std::size_t i, std::size_t j, std::size_t k, std::size_t l) {
-            return (x[c[i]] + x[c[j]] - x[c[k]] - x[c[l]]).squaredNorm();
-        };
-        const std::array<double, 3> length = {diagonal(0, 2, 1, 3), diagonal(0, 1, 2, 3), diagonal(0, 3, 1, 2)};
-        // Both reorderings turn three corners around: an even permutation, the volume keeps its sign.
-        if (length[1] < length[0] && length[1] <= length[2]) {
-            c = {c[0], c[3], c[1], c[2]};
-        } else if (length[2] < length[0]) {
-            c = {c[0], c[2], c[3], c[1]};
-        }
+        // All turn three corners around: even permutations, the volume keeps its sign.
+        const std::array<std::array<VertexId, 4>, 3> orders = {
+            {{c[0], c[1], c[2], c[3]}, {c[0], c[3], c[1], c[2]}, {c[0], c[2], c[3], c[1]}}};
+        std::array<double, 3> quality;
+        for (std::size_t i = 0; i < 3; ++i) quality[i] = refined_quality(mesh, orders[i]);
+        // Equal ones (up to rounding) go to the first.
+        std::size_t best = 0;
+        for (std::size_t i : {1, 2})
+            if (quality[i] > quality[best] + 1e-9) best = i;
+        c = orders[best];
     }
 }
 

@@ -26,8 +26,8 @@ PerTet<std::int32_t> connected_pieces(const TetMesh& mesh);
 /// The tets for which keep() is true, in the same order; vertices compacted.
 TetMesh keep_tets(const TetMesh& mesh, const std::function<bool(TetId)>& keep);
 
-/// Reorders each tet's corners (volume stays positive) so that refinement cuts its octahedron along the shortest
-/// diagonal, the one between the midpoints of edges 0-2 and 1-3: best shape of the descendants.
+/// Reorders each tet's corners (volume stays positive) so that refinement, which cuts the inner octahedron between the
+/// midpoints of edges 0-2 and 1-3, gives descendants with the best worst dihedral angle.
 void order_for_refinement(TetMesh& mesh);
 
 }  // namespace tetfront
