@@ -101,7 +101,7 @@ struct Simulation::Impl {
 
     void rebuild() {
         elements.build(front, model->matrices.elasticity, model->density);
-        implicit.build(front, elements, model->pinned);
+        implicit.build(front, elements, model->matrices.elasticity, model->density, model->pinned);
     }
 
     /// Gives vertices that appeared their place and velocity, and hanging ones theirs.
