@@ -34,7 +34,7 @@ std::string read_bytes(const std::filesystem::path& file) {
 /// Gunzips; at most `limit` bytes.
 std::string inflate(const std::string& file, std::string_view packed, std::size_t limit) {
     z_stream stream{};
-    ENSURE(inflateInit2(&stream, 15 + 32) == Z_OK);  // 32: gzip or zlib header
+    ENSURE(inflateInit2(&stream, 15 + 32) == Z_OK, "zlib");  // 32: gzip or zlib header
     std::string out;
     std::vector<char> buffer(std::size_t{1} << 20);
     int status = Z_OK;

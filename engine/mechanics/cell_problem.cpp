@@ -34,8 +34,20 @@ Eigen::Matrix<double, 6, 3> strain_of(const Vec3& g) {
     return b;
 }
 
+/// Energy matrices of the children -> their sum and shares.
+Sym6 sum_up(const std::array<Mat6, 8>& energies, std::array<double, 8>* shares) {
+    Mat6 mean = Mat6::Zero();
+    for (const Mat6& e : energies) mean += e / 8;
+    if (shares) {
+        const Eigen::LLT<Mat6> factor(mean);
+        for (std::size_t k = 0; k < 8; ++k) (*shares)[k] = factor.solve(energies[k]).trace() / 48;
+    }
+    return Sym6::from(mean);
+}
+
 template <int Modes>
-Sym6 relax(const ModeTable<Modes>& modes, const Gradients4& gradients, const std::array<Sym6, 8>& children) {
+Sym6 relax(const ModeTable<Modes>& modes, const Gradients4& gradients, const std::array<Sym6, 8>& children,
+           std::array<double, 8>* energy_shares) {
     constexpr int n = 3 * Modes;
     using Strains = Eigen::Matrix<double, 6, n>;
     std::array<Strains, 8> b;
@@ -55,12 +67,12 @@ Sym6 relax(const ModeTable<Modes>& modes, const Gradients4& gradients, const std
     ENSURE(factor.info() == Eigen::Success && factor.isPositive(), "cell problem is not positive definite");
     const Eigen::Matrix<double, n, 6> fluctuation = -factor.solve(load);
     // As a sum of positive matrices, not as <C> minus the relaxation: no cancellation at high contrast.
-    Mat6 mean = Mat6::Zero();
+    std::array<Mat6, 8> energies;
     for (std::size_t k = 0; k < 8; ++k) {
         const Mat6 strain = Mat6::Identity() + b[k] * fluctuation;
-        mean.noalias() += strain.transpose() * (c[k] * strain);
+        energies[k].noalias() = strain.transpose() * (c[k] * strain);
     }
-    return Sym6::from(mean / 8);
+    return sum_up(energies, energy_shares);
 }
 
 }  // namespace
@@ -104,21 +116,21 @@ Gradients4 corner_gradients(const std::array<Vec3, 4>& x) {
     return g;
 }
 
-Sym6 solve_cell(CellProblem problem, const Gradients4& gradients, const std::array<Sym6, 8>& children) {
+Sym6 solve_cell(CellProblem problem, const Gradients4& gradients, const std::array<Sym6, 8>& children,
+                std::array<double, 8>* energy_shares) {
     switch (problem) {
         case CellProblem::mean_strain:
-            return relax(mean_strain_modes(), gradients, children);
+            return relax(mean_strain_modes(), gradients, children, energy_shares);
         case CellProblem::isolated:
-            return relax(isolated_modes(), gradients, children);
+            return relax(isolated_modes(), gradients, children, energy_shares);
         case CellProblem::uniform_stress:
-            return relax(uniform_stress_modes(), gradients, children);
+            return relax(uniform_stress_modes(), gradients, children, energy_shares);
         case CellProblem::average:
             break;
     }
-    Sym6 mean;
-    for (const Sym6& c : children)
-        for (std::size_t i = 0; i < 21; ++i) mean.upper[i] += c.upper[i] / 8;
-    return mean;
+    std::array<Mat6, 8> energies;
+    for (std::size_t k = 0; k < 8; ++k) energies[k] = children[k].matrix();
+    return sum_up(energies, energy_shares);
 }
 
 }  // namespace tetfront

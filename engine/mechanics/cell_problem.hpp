@@ -36,7 +36,10 @@ enum class CellProblem {
 
 /// gradients: of the parent's four barycentric coordinates, as columns [1/length, any unit: C does not depend on it].
 /// children: their C in the order of child_nodes; each has an eighth of the parent's volume.
-Sym6 solve_cell(CellProblem problem, const Eigen::Matrix<double, 3, 4>& gradients, const std::array<Sym6, 8>& children);
+/// energy_shares: when given, the part of the energy that each child holds, averaged over all strains of equal energy
+/// (the same in every frame); they sum to 1.
+Sym6 solve_cell(CellProblem problem, const Eigen::Matrix<double, 3, 4>& gradients, const std::array<Sym6, 8>& children,
+                std::array<double, 8>* energy_shares = nullptr);
 
 /// Gradients of the barycentric coordinates of a tet, as columns [1/m].
 Eigen::Matrix<double, 3, 4> corner_gradients(const std::array<Vec3, 4>& corners);

@@ -1,151 +1,237 @@
 #include "engine/mechanics/elasticity.hpp"
 
 #include "engine/base/error.hpp"
-#include "engine/base/parallel.hpp"
-#include "engine/mechanics/cell_problem.hpp"
+#include "engine/base/hash.hpp"
+#include "engine/mechanics/elasticity_levels.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <string>
+#include <unordered_map>
+#include <utility>
 
 namespace tetfront {
 
 namespace {
 
-constexpr std::size_t grain = 64, batch = 16384;  // tets per task, tets between two reports of progress
-
-std::size_t level_begin(const TetTree& tree, int level) { return (*tree.level(level).begin()).index(); }
-
-/// body(t) for every tet of a level, in parallel; report(done) in between, on the calling thread.
-template <class Body, class Report>
-void for_level(const TetTree& tree, int level, const Body& body, const Report& report) {
-    const std::size_t first = level_begin(tree, level), count = tree.tet_count(level);
-    for (std::size_t done = 0; done < count; done += batch) {
-        parallel_for(std::min(batch, count - done), grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) body(TetId(static_cast<std::int64_t>(first + done + i)));
-        });
-        report(std::min(done + batch, count));
+void validate(const SamplingSettings& s) {
+    double before = 0;
+    for (const double alpha : s.alphas) {
+        if (!(alpha > before && alpha < 0.49)) {
+            throw InputError("", "alphas", "hold " + std::to_string(alpha) + " after " + std::to_string(before),
+                             "use ascending strains above 0 and below 0.49");
+        }
+        before = alpha;
+    }
+    if (s.alphas.empty()) throw InputError("", "alphas", "are empty", "give at least one strain");
+    for (const double tolerance : {s.relative_tolerance, s.stress_tolerance}) {
+        if (!(tolerance > 0 && tolerance < 1))
+            throw InputError("", "tolerance", "is " + std::to_string(tolerance), "use a number in (0, 1)");
     }
 }
 
-std::array<Vec3, 4> corner_positions(const TetTree& tree, TetId t) {
-    std::array<Vec3, 4> x;
-    for (std::size_t i = 0; i < 4; ++i) x[i] = tree.rest(tree.corners(t)[i]);
-    return x;
-}
+/// The bottom-up pass over one tree. Matrices are kept once each in a pool, and tets hold their numbers: "all children
+/// are alike" is then a comparison of eight integers, and a parent in a uniform part of the object costs next to
+/// nothing.
+class Estimation {
+ public:
+    Estimation(const TetTree& tree, const LeafMaterials& leaves, const EstimationSettings& settings)
+        : tree_(tree), settings_(settings), first_leaf_(level_begin(tree, tree.depth())) {
+        numbers_.resize(tree.tet_count());
+        std::unordered_map<std::uint64_t, Number> known;
+        for (std::size_t i = 0; i < leaves.elasticity.size(); ++i) {
+            const Sym6& c = leaves.elasticity[i];
+            Number number = i == 0 ? 0 : numbers_[leaf(i - 1)].c;
+            if (i == 0 || pool_[number] != c) {
+                const auto [found, is_new] = known.try_emplace(Hash().add_range(c.upper).value(), 0);
+                if (is_new || pool_[found->second] != c) found->second = add(c);
+                number = found->second;
+            }
+            numbers_[leaf(i)] = {number, number, number, 0};
+        }
+    }
 
-std::array<Sym6, 8> of_children(const TetTree& tree, TetId t, const PerTet<Sym6>& values) {
-    std::array<Sym6, 8> result;
-    std::size_t i = 0;
-    for (TetId child : tree.children(t)) result[i++] = values[child];
-    return result;
-}
+    ElasticityMatrices run(const EstimationProgress& progress) {
+        ElasticityMatrices result;
+        for (int level = tree_.depth() - 1; level >= 0; --level) {
+            const auto start = std::chrono::steady_clock::now();
+            const std::size_t before = first_leaf_ - level_begin(tree_, level + 1);
+            LevelReport report = estimate_level(level, [&](double fraction) {
+                const double done =
+                    static_cast<double>(before) + fraction * static_cast<double>(tree_.tet_count(level));
+                if (progress) progress(done / static_cast<double>(first_leaf_));
+            });
+            report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            result.report.push_back(report);
+        }
+        const std::size_t count = tree_.tet_count();
+        const bool brackets = pool_.size() > 1, ends = ranges_.size() > 1;
+        result.elasticity.resize(count);
+        if (brackets) result.bracket.resize(count);
+        if (ends) result.valid_range.resize(count);
+        parallel_for(count, 4096, [&](std::size_t begin, std::size_t end) {
+            for (TetId t : ids<TetId>(static_cast<std::int64_t>(begin), static_cast<std::int64_t>(end))) {
+                const Numbers& n = numbers_[t];
+                result.elasticity[t] = pool_[n.c];
+                if (ends) result.valid_range[t] = ranges_[n.range];
+                if (!brackets || n.upper == n.lower) continue;
+                for (std::size_t i = 0; i < 21; ++i)
+                    result.bracket[t].upper[i] = pool_[n.upper].upper[i] - pool_[n.lower].upper[i];
+            }
+        });
+        return result;
+    }
 
-bool all_equal(const std::array<Sym6, 8>& c) {
-    return std::all_of(c.begin() + 1, c.end(), [&](const Sym6& other) { return other == c[0]; });
-}
+ private:
+    using Number = std::uint32_t;
+    struct Numbers {
+        Number c = 0, upper = 0, lower = 0;  // into pool_: the estimate and both bounds, carried up on their own
+        Number range = 0;                    // into ranges_
+    };
+    /// What has to be computed for one parent.
+    struct Work {
+        TetId t;
+        bool estimate, bounds;
+        Sym6 c, upper, lower;
+        StrainRange range = unbounded_range;
+        double residual = 0;
+        bool fitted = true;
+    };
 
-Sym6 difference(const Sym6& a, const Sym6& b) {
-    Sym6 d;
-    for (std::size_t i = 0; i < 21; ++i) d.upper[i] = a.upper[i] - b.upper[i];
-    return d;
-}
+    [[nodiscard]] TetId leaf(std::size_t i) const { return TetId(static_cast<std::int64_t>(first_leaf_ + i)); }
+    Number add(const Sym6& c) {
+        pool_.push_back(c);
+        return static_cast<Number>(pool_.size() - 1);
+    }
+    Number add(const StrainRange& range) {
+        if (range == ranges_.back()) return static_cast<Number>(ranges_.size() - 1);
+        if (range == unbounded_range) return 0;
+        ranges_.push_back(range);
+        return static_cast<Number>(ranges_.size() - 1);
+    }
+
+    /// The children's numbers; they follow one another.
+    [[nodiscard]] const Numbers* children(TetId t, int level) const {
+        return &numbers_[TetId(
+            static_cast<std::int64_t>(level_begin(tree_, level + 1) + 8 * (t.index() - level_begin(tree_, level))))];
+    }
+    [[nodiscard]] std::array<Sym6, 8> matrices(const Numbers* children, Number Numbers::*which) const {
+        std::array<Sym6, 8> result;
+        for (std::size_t i = 0; i < 8; ++i) result[i] = pool_[children[i].*which];
+        return result;
+    }
+    [[nodiscard]] StrainRange common_range(const Numbers* children) const {
+        StrainRange common = unbounded_range;
+        for (std::size_t i = 0; i < 8; ++i)
+            for (std::size_t m = 0; m < 6; ++m) {
+                common[m][0] = std::max(common[m][0], ranges_[children[i].range][m][0]);
+                common[m][1] = std::min(common[m][1], ranges_[children[i].range][m][1]);
+            }
+        return common;
+    }
+
+    template <class Report>
+    LevelReport estimate_level(int level, const Report& report) {
+        LevelReport summary;
+        summary.level = level;
+        summary.tets = static_cast<std::int64_t>(tree_.tet_count(level));
+        std::vector<Work> work;
+        for (TetId t : tree_.level(level)) {
+            const Numbers* child = children(t, level);
+            bool alike = settings_.problem != CellProblem::isolated, bounds_meet = true, same_range = true;
+            for (std::size_t i = 0; i < 8; ++i) {
+                alike = alike && child[i].c == child[0].c;
+                bounds_meet = bounds_meet && child[i].upper == child[0].upper && child[i].lower == child[0].upper;
+                same_range = same_range && child[i].range == child[0].range;
+            }
+            numbers_[t] = child[0];  // what is not alike is replaced below
+            summary.uniform += alike;
+            if (alike && !same_range) numbers_[t].range = add(common_range(child));
+            if (!alike || !bounds_meet) work.push_back({t, !alike, !bounds_meet, {}, {}, {}});
+        }
+        constexpr std::size_t batch = 4096;
+        for (std::size_t done = 0; done < work.size(); done += batch) {
+            parallel_for(std::min(batch, work.size() - done), 16, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) compute(work[done + i], level);
+            });
+            report(static_cast<double>(std::min(done + batch, work.size())) / static_cast<double>(work.size()));
+        }
+        for (const Work& w : work) store(w, summary);
+
+        for (TetId t : tree_.level(level)) {
+            const auto trace = [&](Number n) { return pool_[n].matrix().trace(); };
+            const Numbers& n = numbers_[t];
+            summary.finite_ranges += n.range != 0;
+            if (n.c == n.upper && n.c == n.lower) continue;
+            const double scale = trace(n.c) * static_cast<double>(summary.tets);
+            summary.below_average += (trace(n.upper) - trace(n.c)) / scale;
+            summary.above_uniform_stress += (trace(n.c) - trace(n.lower)) / scale;
+        }
+        return summary;
+    }
+
+    void compute(Work& w, int level) const {
+        const Numbers* child = children(w.t, level);
+        const auto gradients = corner_gradients(corner_positions(tree_, w.t));
+        if (w.bounds) {
+            w.upper = solve_cell(CellProblem::average, gradients, matrices(child, &Numbers::upper));
+            w.lower = solve_cell(CellProblem::uniform_stress, gradients, matrices(child, &Numbers::lower));
+        }
+        if (!w.estimate) return;
+        const std::array<Sym6, 8> estimates = matrices(child, &Numbers::c);
+        if (!settings_.sampling) {
+            w.c = solve_cell(settings_.problem, gradients, estimates);
+            return;
+        }
+        std::array<StrainRange, 8> ranges;
+        for (std::size_t i = 0; i < 8; ++i) ranges[i] = ranges_[child[i].range];
+        const SampledCell cell = sample_cell(settings_.problem, gradients, estimates, &ranges, *settings_.sampling);
+        w.c = cell.elasticity;
+        w.range = cell.valid_range;
+        w.residual = cell.residual;
+        w.fitted = cell.fitted;
+    }
+
+    void store(const Work& w, LevelReport& summary) {
+        Numbers& n = numbers_[w.t];
+        if (w.bounds) {
+            n.upper = add(w.upper);
+            n.lower = add(w.lower);
+        }
+        if (!w.estimate) return;
+        n.c = add(w.c);
+        n.range = add(w.range);
+        summary.mean_residual += w.residual / static_cast<double>(summary.tets);
+        summary.largest_residual = std::max(summary.largest_residual, w.residual);
+        summary.unfitted += !w.fitted;
+    }
+
+    const TetTree& tree_;
+    const EstimationSettings& settings_;
+    std::size_t first_leaf_;
+    std::vector<Sym6> pool_;
+    std::vector<StrainRange> ranges_ = {unbounded_range};
+    PerTet<Numbers> numbers_;  // [T]
+};
 
 }  // namespace
 
-LeafMaterials integrate_leaves(const TetTree& tree, const StiffnessFunction& function,
-                               const EstimationProgress& progress) {
-    const std::size_t first = level_begin(tree, tree.depth()), count = tree.tet_count(tree.depth());
-    const std::size_t leaves_per_root = std::size_t{1} << (3 * tree.depth());
-    LeafMaterials leaves;
-    leaves.elasticity.resize(count);
-    leaves.density.resize(count);
-    leaves.mass_damping.resize(count);
-    leaves.stiffness_damping.resize(count);
-    for_level(
-        tree, tree.depth(),
-        [&](TetId t) {
-            const std::size_t i = t.index() - first;
-            const TetId root(static_cast<std::int64_t>(i / leaves_per_root));
-            const Material m = mean_material(function, corner_positions(tree, t), root);
-            leaves.elasticity[i] = m.elasticity;
-            leaves.density[i] = m.density;
-            leaves.mass_damping[i] = m.mass_damping;
-            leaves.stiffness_damping[i] = m.stiffness_damping;
-        },
-        [&](std::size_t done) {
-            if (progress) progress(static_cast<double>(done) / static_cast<double>(count));
-        });
-    return leaves;
-}
-
-ElasticityMatrices estimate_elasticity(const TetTree& tree, const LeafMaterials& leaves, CellProblem problem,
-                                       const EstimationProgress& progress) {
+ElasticityMatrices estimate_elasticity(const TetTree& tree, const LeafMaterials& leaves,
+                                       const EstimationSettings& settings, const EstimationProgress& progress) {
     ENSURE(leaves.elasticity.size() == tree.tet_count(tree.depth()), leaves.elasticity.size());
-    ElasticityMatrices matrices;
-    PerTet<Sym6>& c = matrices.elasticity;
-    c.resize(tree.tet_count());
-    const std::size_t first_leaf = level_begin(tree, tree.depth());
-    std::copy(leaves.elasticity.begin(), leaves.elasticity.end(), c.begin() + static_cast<std::ptrdiff_t>(first_leaf));
-
+    if (settings.sampling) validate(*settings.sampling);
     const bool uniform = std::all_of(leaves.elasticity.begin(), leaves.elasticity.end(),
                                      [&](const Sym6& leaf) { return leaf == leaves.elasticity.front(); });
-    if (uniform && problem != CellProblem::isolated) {
-        std::fill(c.begin(), c.begin() + static_cast<std::ptrdiff_t>(first_leaf), leaves.elasticity.front());
-        if (progress) progress(1);
-        return matrices;
+    ElasticityMatrices matrices;
+    if (uniform && settings.problem != CellProblem::isolated) {
+        matrices.elasticity.assign(tree.tet_count(), leaves.elasticity.front());
+    } else {
+        matrices = Estimation(tree, leaves, settings).run(progress);
+        if (uniform) matrices.bracket = {};
     }
-
-    PerTet<Sym6> upper = c, lower = c;  // both bounds, carried up on their own
-    std::size_t done_below = 0;
-    for (int level = tree.depth() - 1; level >= 0; --level) {
-        for_level(
-            tree, level,
-            [&](TetId t) {
-                const auto estimates = of_children(tree, t, c), uppers = of_children(tree, t, upper),
-                           lowers = of_children(tree, t, lower);
-                const auto gradients = corner_gradients(corner_positions(tree, t));
-                const bool bounds_meet = all_equal(uppers) && uppers == lowers;
-                upper[t] = bounds_meet ? uppers[0] : solve_cell(CellProblem::average, gradients, uppers);
-                lower[t] = bounds_meet ? uppers[0] : solve_cell(CellProblem::uniform_stress, gradients, lowers);
-                if (problem == CellProblem::uniform_stress) {
-                    c[t] = lower[t];
-                } else if (all_equal(estimates) && problem != CellProblem::isolated) {
-                    c[t] = estimates[0];
-                } else {
-                    c[t] = solve_cell(problem, gradients, estimates);
-                }
-            },
-            [&](std::size_t done) {
-                if (progress) progress(static_cast<double>(done_below + done) / static_cast<double>(first_leaf));
-            });
-        done_below += tree.tet_count(level);
-    }
-    if (!uniform) {
-        matrices.bracket.resize(c.size());
-        parallel_for(c.size(), 4096, [&](std::size_t begin, std::size_t end) {
-            for (TetId t : ids<TetId>(static_cast<std::int64_t>(begin), static_cast<std::int64_t>(end)))
-                matrices.bracket[t] = difference(upper[t], lower[t]);
-        });
-    }
+    add_damping(tree, leaves, settings.problem, matrices);
+    if (progress) progress(1);
     return matrices;
-}
-
-PerTet<double> coarse_density(const TetTree& tree, const LeafMaterials& leaves) {
-    PerTet<double> density(tree.tet_count());
-    std::copy(leaves.density.begin(), leaves.density.end(),
-              density.begin() + static_cast<std::ptrdiff_t>(level_begin(tree, tree.depth())));
-    for (int level = tree.depth() - 1; level >= 0; --level) {
-        for (TetId t : tree.level(level)) {
-            double sum = 0;
-            bool equal = true;
-            const double first = density[*tree.children(t).begin()];
-            for (TetId child : tree.children(t)) {
-                sum += density[child];
-                equal = equal && density[child] == first;
-            }
-            density[t] = equal ? first : sum / 8;
-        }
-    }
-    return density;
 }
 
 }  // namespace tetfront

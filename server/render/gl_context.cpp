@@ -17,6 +17,8 @@ struct GlContext::Impl {
     std::thread::id thread = std::this_thread::get_id();
     // OSMesa wants a buffer for its window; we draw into framebuffer objects of our own.
     std::array<std::uint32_t, 16> window{};
+
+    bool make_current() { return OSMesaMakeCurrent(context, window.data(), GL_UNSIGNED_BYTE, 4, 4) == GL_TRUE; }
 };
 
 GlContext::GlContext() : impl_(std::make_unique<Impl>()) {
@@ -36,7 +38,7 @@ GlContext::GlContext() : impl_(std::make_unique<Impl>()) {
                                             3,
                                             0};
     impl_->context = OSMesaCreateContextAttribs(attributes.data(), nullptr);
-    if (!impl_->context || !OSMesaMakeCurrent(impl_->context, impl_->window.data(), GL_UNSIGNED_BYTE, 4, 4)) {
+    if (!impl_->context || !impl_->make_current()) {
         if (impl_->context) OSMesaDestroyContext(impl_->context);
         throw InputError("OSMesa", "", "cannot make an OpenGL 3.3 core context",
                          "install Mesa's software rasteriser (Debian: libosmesa6) 11.2 or newer");
@@ -44,12 +46,14 @@ GlContext::GlContext() : impl_(std::make_unique<Impl>()) {
 }
 
 GlContext::~GlContext() {
-    OSMesaMakeCurrent(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
+    if (OSMesaGetCurrentContext() == impl_->context) OSMesaMakeCurrent(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
     OSMesaDestroyContext(impl_->context);
 }
 
-void GlContext::check_thread() const {
+void GlContext::make_current() {
     ENSURE(std::this_thread::get_id() == impl_->thread, "the GL context is used from another thread than its own");
+    ENSURE(OSMesaGetCurrentContext() == impl_->context || impl_->make_current(),
+           "the GL context cannot be made current");
 }
 
 void GlContext::check_errors(const char* where) const {

@@ -20,8 +20,9 @@ class GlContext {
     GlContext(const GlContext&) = delete;
     GlContext& operator=(const GlContext&) = delete;
 
-    /// Throws LogicError on another thread than the constructor's: GL would corrupt memory there without a word.
-    void check_thread() const;
+    /// Makes it current again in case another context of this thread has been since. Throws LogicError on another
+    /// thread than the constructor's: GL would corrupt memory there without a word.
+    void make_current();
     /// Throws LogicError when a GL call since the last check failed. `where`: for the message.
     void check_errors(const char* where) const;
 

@@ -83,10 +83,12 @@ struct Renderer::Impl {
 };
 
 Renderer::Renderer() : impl_(std::make_unique<Impl>()) {}
-Renderer::~Renderer() = default;
+Renderer::~Renderer() {
+    impl_->context.make_current();  // the members free their GL objects
+}
 
 Image Renderer::render(const Frame& frame, const View& view, const std::string& title) {
-    impl_->context.check_thread();
+    impl_->context.make_current();
     validate(view);
     const auto& rest = frame.model->rest_box;
     const float size =

@@ -40,7 +40,7 @@ describe("first view", () => {
     await page.click("[aria-controls=panel]");
     const text = (await page.innerText("#panel")).replace(/\s+/g, " ");
     expect(text).toContain("60 steps/s in real time");
-    expect(text).toContain("1 600 tetrahedra 412 free vertices");
+    expect(text).toContain("1 600 tetrahedra 412 vertices");
     expect(text).toContain("3.4 % error estimate tolerance 5 %");
     expect(text).toMatch(/Level 0 720 Level 1 880 Level 2 0/);
     await page.click("[aria-controls=panel]");

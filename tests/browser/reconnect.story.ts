@@ -48,7 +48,8 @@ describe("the connection", () => {
     const page = await browser.newPage({ viewport: { width: 640, height: 360 } });
     await page.goto(server.url);
     await page.waitForSelector("progress");
-    expect(await page.innerText(".banners")).toMatch(/Building the model: elasticity matrices \(\d+ %\)/);
+    await page.waitForSelector("progress[value]");
+    expect(await page.innerText(".banners")).toMatch(/Building the model: elasticity matrices \([1-9]\d %\)/);
     await screenshot(page, "building");
     await shown(page);
     expect(await page.$("progress")).toBeNull();

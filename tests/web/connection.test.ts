@@ -52,12 +52,12 @@ describe("Connection", () => {
     connection.send({ command: "play" });
     connection.send({ command: "tolerance", value: 3 });
     expect(port.requests).toMatchObject([{ id: 1 }, { id: 2 }]);
-    const refusal = { type: "error", code: "out_of_range", pointer: "/value", message: "use 0..1" } as const;
+    const refusal = { type: "error", code: "out_of_range", pointer: "/value", message: "is 3; use 0..1" } as const;
     emit({ kind: "text", message: { type: "ok", id: 1 } });
     emit({ kind: "text", message: { ...refusal, id: 2 } });
-    expect(events.refused).toHaveBeenCalledExactlyOnceWith({ command: "tolerance", value: 3 }, "/value use 0..1");
+    expect(events.refused).toHaveBeenCalledExactlyOnceWith({ command: "tolerance", value: 3 }, "value is 3; use 0..1");
     emit({ kind: "text", message: { ...refusal, id: null, pointer: "" } });
-    expect(events.refused).toHaveBeenLastCalledWith(null, "use 0..1");
+    expect(events.refused).toHaveBeenLastCalledWith(null, "is 3; use 0..1");
   });
 
   it("does not send without a connection, and says so", () => {

@@ -94,7 +94,8 @@ export class Connection {
   private refuse(error: Refusal): void {
     const command = error.id === null ? null : (this.unanswered.get(error.id) ?? null);
     if (error.id !== null) this.unanswered.delete(error.id);
-    const where = error.pointer ? `${error.pointer} ` : "";
-    this.events.refused(command, `${where}${error.message}`);
+    // "/barycentric/2" and "is 7; use 0..1" read together as a sentence.
+    const where = (error.pointer ?? "").split("/").filter(Boolean).join(" ");
+    this.events.refused(command, `${where} ${error.message}`.trim());
   }
 }

@@ -81,14 +81,19 @@ function start(viewer: Viewer): void {
   const showPanel = (visible: boolean) => {
     panel.hidden = !visible;
     panelButton.setAttribute("aria-expanded", String(visible));
+    cover();
   };
-  showPanel(innerWidth >= 720);
+  // In a narrow window the panel is a sheet over the picture; elsewhere the picture makes room for it.
+  const isWide = () => innerWidth >= 720;
+  const cover = () => viewer.cover({ top: 58, bottom: 66, right: isWide() && !panel.hidden ? 284 : 0 });
+  addEventListener("resize", cover);
+  showPanel(isWide());
 
   const title = h("h1");
   store.watch(
     (s) => s.hello,
     (hello) => {
-      title.textContent = hello ? hello.scene.title || hello.scene.name : "tetfront";
+      title.textContent = title.title = hello ? hello.scene.title || hello.scene.name : "tetfront";
       document.title = hello ? `${hello.scene.title || hello.scene.name} · tetfront` : "tetfront";
     },
   );

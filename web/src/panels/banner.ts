@@ -36,8 +36,11 @@ export function banner(store: Store, actions: BannerActions): HTMLElement {
     (now) => {
       if (!now) progress.replaceChildren();
       else {
-        const bar = h("progress", { max: 1, value: now.fraction, attributes: { "aria-label": now.what } });
-        const text = `Building the model: ${now.what} (${Math.round(100 * now.fraction)} %)`;
+        const bar = h("progress", { max: 1, attributes: { "aria-label": now.what } });
+        // Of some work it is not known how far it is: without a value the bar moves by itself.
+        if (now.fraction > 0) bar.value = now.fraction;
+        const percent = now.fraction > 0 ? ` (${Math.round(100 * now.fraction)} %)` : " …";
+        const text = `Building the model: ${now.what}${percent}`;
         progress.replaceChildren(h("div", { className: "card banner" }, h("span", {}, text), bar));
       }
     },

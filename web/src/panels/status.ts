@@ -9,7 +9,7 @@ import { h } from "./dom";
 export function status(store: Store): HTMLElement {
   const rate = tile("Steps per second", "steps/s");
   const cost = tile("Time of the last step", "ms/step");
-  const size = tile("Active tetrahedra", "tetrahedra");
+  const size = tile("Active tetrahedra, and vertices that are free to move", "tetrahedra");
   const error = tile("Estimated error of the displacement, relative", "error estimate");
   const bar = h("div", { className: "levels-bar", attributes: { "aria-hidden": "true" } });
   const list = h("ul", { className: "levels" });
@@ -17,7 +17,7 @@ export function status(store: Store): HTMLElement {
   const showNumbers = ({ simulation: s, hello }: Readonly<State>) => {
     rate.set(s && s.steps_per_second > 0 ? significant(s.steps_per_second) : "–", pace(s, hello?.time_step));
     cost.set(s ? significant(s.milliseconds) : "–", s ? `${count(s.iterations)} iterations` : "");
-    size.set(s ? count(sum(s.tets_by_level)) : "–", s ? `${count(s.free_vertices)} free vertices` : "");
+    size.set(s ? count(sum(s.tets_by_level)) : "–", s ? `${count(s.free_vertices)} vertices` : "");
     error.set(s ? percent(s.estimate) : "–", s ? `tolerance ${percent(s.tolerance)}` : "");
     error.element.classList.toggle("over", s !== null && s.estimate > s.tolerance);
     error.meter(s ? s.estimate / s.tolerance : 0);
@@ -39,6 +39,14 @@ export function status(store: Store): HTMLElement {
     (s) => s.simulation?.tets_by_level.join(),
     () => showLevels(store.get().simulation?.tets_by_level),
   );
+  const skipped = h("p", { className: "note" });
+  store.watch(
+    (s) => s.framesDropped,
+    (frames) => {
+      skipped.hidden = frames === 0;
+      skipped.textContent = `${count(frames)} frames skipped: this page draws more slowly than they come`;
+    },
+  );
   return h(
     "section",
     { className: "status", attributes: { "aria-label": "Numbers" } },
@@ -46,6 +54,7 @@ export function status(store: Store): HTMLElement {
     h("h2", {}, "Tetrahedra by level"),
     bar,
     list,
+    skipped,
   );
 }
 

@@ -13,12 +13,20 @@ export interface Home {
   radius: number; // [m] of the object
 }
 
+/** [CSS px] of the window's edges that panels lie on. */
+export interface Covered {
+  top: number;
+  right: number;
+  bottom: number;
+}
+
 const GLIDE = 280; // [ms]
 
 export class CameraRig {
   readonly camera = new THREE.PerspectiveCamera();
   private controls: OrbitControls | null = null;
   private home: Home | null = null;
+  private size: [number, number, Covered] = [1, 1, { top: 0, right: 0, bottom: 0 }];
   private glide: { start: number; eye: [THREE.Vector3, THREE.Vector3]; target: [THREE.Vector3, THREE.Vector3] } | null =
     null;
 
@@ -46,15 +54,18 @@ export class CameraRig {
     this.camera.far = 80 * home.radius;
     this.controls = controls;
     controls.update();
-    this.resize(this.camera.aspect);
+    this.resize(...this.size);
   }
 
-  /** A narrow window keeps the whole object: the field of view holds for the narrower side. */
-  resize(aspect: number): void {
+  /** Sizes in CSS px. The whole object fits into what the panels leave free, whatever its shape, and is centred there. */
+  resize(width: number, height: number, covered: Covered): void {
+    this.size = [width, height, covered];
+    const free = [Math.max(80, width - covered.right), Math.max(80, height - covered.top - covered.bottom)];
     const half = Math.tan(THREE.MathUtils.degToRad((this.home?.fieldOfView ?? 35) / 2));
-    this.camera.aspect = aspect;
-    this.camera.fov = THREE.MathUtils.radToDeg(2 * Math.atan(half / Math.min(1, aspect)));
-    this.camera.updateProjectionMatrix();
+    const tangent = half * Math.max(1, free[1] / free[0]) * (height / free[1]);
+    this.camera.fov = THREE.MathUtils.radToDeg(2 * Math.atan(tangent));
+    this.camera.aspect = width / height;
+    this.camera.setViewOffset(width, height, covered.right / 2, (covered.bottom - covered.top) / 2, width, height);
     this.changed();
   }
 

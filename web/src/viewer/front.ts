@@ -66,7 +66,7 @@ export class FrontLines {
 
   /** Lines stay readable on a surface of their own colour, and before the background. */
   theme(dark: boolean): void {
-    if (dark) this.shared.contrast.value.set(1, 1, 1, 0.1);
+    if (dark) this.shared.contrast.value.set(1, 1, 1, 0.18);
     else this.shared.contrast.value.set(0, 0, 0, 0.5);
   }
 
@@ -118,6 +118,7 @@ const VERTEX = /* glsl */ `
   uniform vec3 levels[${MAX_LEVELS}];
   out vec3 tint;
   out float across;
+  out float strength;
 
   vec4 clip(int vertex) {
     vec3 p = texelFetch(positions, ivec2(vertex % ${WIDTH}, vertex / ${WIDTH}), 0).xyz;
@@ -131,7 +132,10 @@ const VERTEX = /* glsl */ `
     float na = a.z + a.w, nb = b.z + b.w;
     if (na < 0.0 && nb > 0.0) a = mix(a, b, na / (na - nb));
     if (nb < 0.0 && na > 0.0) b = mix(b, a, nb / (nb - na));
-    vec2 along = normalize((b.xy / b.w - a.xy / a.w) * viewport + vec2(1e-6, 0.0));
+    vec2 stretch = 0.5 * (b.xy / b.w - a.xy / a.w) * viewport;  // [px]
+    vec2 along = normalize(stretch + vec2(1e-6, 0.0));
+    // Where edges become short, lines become faint: a fine front would be one blot.
+    strength = clamp(length(stretch) / (20.0 * width), 0.12, 1.0);
     vec4 here = position.x < 0.5 ? a : b;
     float radius = 0.5 * width + 0.5;  // half a pixel more for the soft rim
     here.xy += position.y * vec2(-along.y, along.x) * radius * 2.0 / viewport * here.w;
@@ -146,10 +150,11 @@ const FRAGMENT = /* glsl */ `
   uniform float width;
   in vec3 tint;
   in float across;
+  in float strength;
   out vec4 colour;
 
   void main() {
     float cover = clamp(0.5 * width + 0.5 - abs(across), 0.0, 1.0);
-    colour = linearToOutputTexel(vec4(tint, opacity * cover));
+    colour = linearToOutputTexel(vec4(tint, opacity * strength * cover));
   }
 `;

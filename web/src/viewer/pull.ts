@@ -26,6 +26,7 @@ export interface PullEvents {
 }
 
 const SLACK = 3; // [px] a click may wander this far
+const LOOK_INTERVAL = 60; // [ms] between looks for the object under the pointer: some milliseconds on large surfaces
 
 export class PullHand {
   grip: Grip | null = null;
@@ -34,6 +35,7 @@ export class PullHand {
   private plane = new THREE.Plane();
   private sent: Vec3 | null = null;
   private hover: PointerEvent | null = null;
+  private looked = 0;
   private next = 0;
 
   constructor(
@@ -54,15 +56,16 @@ export class PullHand {
     element.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 
-  /** Once per redraw: at most one pull_move, one look under the pointer. */
-  tick(): void {
+  /** Once per turn of the drawing loop, at `now` [ms]: at most one pull_move, now and then a look under the pointer. */
+  tick(now: number): void {
     const { grip, hover } = this;
     if (grip?.begun && this.sent !== grip.target) {
       this.sent = grip.target;
       this.events.send({ command: "pull_move", pull: grip.pull, target: grip.target });
     }
-    if (hover && !grip) {
+    if (hover && !grip && now - this.looked > LOOK_INTERVAL) {
       this.hover = null;
+      this.looked = now;
       const over = this.events.enabled() && this.events.pick(this.ray(hover)) !== null;
       this.element.classList.toggle("over-object", over);
     }

@@ -10,8 +10,8 @@ export class Stage {
   readonly object = new THREE.Group();
   /** [m] distance of the grid's lines. */
   spacing = 1;
-  private readonly sky = new THREE.HemisphereLight(0xffffff, 0xb9b4ac, 2.1);
-  private readonly key = new THREE.DirectionalLight(0xfff8ee, 1.9);
+  private readonly sky = new THREE.HemisphereLight(0xffffff, 0xb9b4ac, 1.8);
+  private readonly key = new THREE.DirectionalLight(0xfff8ee, 1.6);
   private readonly rim = new THREE.DirectionalLight(0xdfe9ff, 0.7);
   private readonly shadow = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.ShadowMaterial());
   private readonly grid = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), gridMaterial());

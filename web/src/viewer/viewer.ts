@@ -8,6 +8,7 @@ import type { Store } from "../store";
 import { Bands } from "./bands";
 import type { Band } from "./bands";
 import { CameraRig } from "./camera";
+import type { Covered } from "./camera";
 import { FrontLines } from "./front";
 import { Motion } from "./motion";
 import { pick, surfacePoint } from "./pick";
@@ -29,6 +30,7 @@ export class Viewer {
   private surface: SurfaceMesh | null = null;
   private topology: Topology | null = null; // of the frames shown
   private upcoming: Topology | null = null; // waits for its first frame
+  private covered: Covered = { top: 0, right: 0, bottom: 0 };
   private dirty = true;
   private place = "";
 
@@ -75,6 +77,11 @@ export class Viewer {
         this.invalidate();
       },
     );
+    canvas.addEventListener("webglcontextrestored", () => {
+      this.motion.touch();
+      this.renderer.shadowMap.needsUpdate = true;
+      this.invalidate();
+    });
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.renderer.setAnimationLoop((now) => this.tick(now));
   }
@@ -91,6 +98,12 @@ export class Viewer {
   /** Surface positions as they are drawn now, [S][3]. */
   get positions(): Float32Array | null {
     return this.surface?.positions ?? null;
+  }
+
+  /** Panels lie on these edges of the picture. */
+  cover(covered: Covered): void {
+    this.covered = covered;
+    this.resize();
   }
 
   receive(message: BinaryMessage): void {
@@ -171,11 +184,11 @@ export class Viewer {
     this.renderer.setPixelRatio(this.frugal ? 1 : Math.min(2, devicePixelRatio));
     this.renderer.setSize(width, height, false);
     this.front.resize(width, height, this.renderer.getPixelRatio());
-    this.rig.resize(width / height);
+    this.rig.resize(width, height, this.covered);
   }
 
   private tick(now: number): void {
-    this.hand.tick();
+    this.hand.tick(now);
     this.rig.tick(now);
     const moved = this.motion.moving;
     if (!moved && !this.dirty) return;

@@ -1,0 +1,190 @@
+// The main job against the real program: `tetfront serve` with a small scene, from the first view to a restart.
+// TETFRONT_BINARY: the program (default build/dev/server/tetfront).
+
+import { spawn } from "node:child_process";
+import type { ChildProcess } from "node:child_process";
+import { once } from "node:events";
+import { existsSync, mkdtempSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { createInterface } from "node:readline";
+import type { Browser, Page } from "playwright-core";
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+
+import {
+  difference,
+  largestMove,
+  launch,
+  middle,
+  open,
+  pause,
+  pointOnObject,
+  positions,
+  screenshot,
+  state,
+  still,
+} from "./support";
+
+const root = new URL("../../", import.meta.url).pathname;
+const program = resolve(root, process.env["TETFRONT_BINARY"] ?? "build/dev/server/tetfront");
+
+// A bar that stands on the ground: soft above, stiff below, some hundred vertices.
+const scene = {
+  schema_version: 1,
+  title: "A soft bar",
+  up: "z",
+  mesh: { box: { low: [0, 0, 0], high: [0.3, 0.3, 0.9], cells: [2, 2, 6] } },
+  levels: 2,
+  material: {
+    density: 1000,
+    poisson: 0.3,
+    young: { exponential: { axis: "z", values: [2e6, 1e5] } },
+  },
+  pins: [{ half_space: { point: [0, 0, 0.001], normal: [0, 0, 1] } }],
+  gravity: [2, 0, -9.81],
+  damping: { mass: 1 },
+};
+
+class Program {
+  private constructor(
+    private readonly child: ChildProcess,
+    readonly url: string,
+  ) {}
+
+  static async serve(file: string, port: number): Promise<Program> {
+    const child = spawn(program, ["serve", file, "--port", String(port), "--web", join(root, "web/dist")]);
+    let errors = "";
+    child.stderr.on("data", (data: Buffer) => (errors += data.toString()));
+    const failed = once(child, "exit").then(([code]) => {
+      throw new Error(`tetfront ended with ${code}: ${errors}`);
+    });
+    failed.catch(() => undefined); // ends later, on purpose
+    const line = once(createInterface(child.stdout), "line").then(([text]: string[]) => text.trim());
+    return new Program(child, await Promise.race([line, failed]));
+  }
+
+  get port(): number {
+    return Number(new URL(this.url).port);
+  }
+
+  /** Returns the exit status. */
+  async stop(signal: NodeJS.Signals = "SIGTERM"): Promise<number | null> {
+    const exit = once(this.child, "exit");
+    this.child.kill(signal);
+    return ((await exit) as [number | null])[0];
+  }
+}
+
+describe("tetfront serve and its page", () => {
+  let browser: Browser;
+  let server: Program;
+  let page: Page;
+  let problems: string[];
+  let file: string;
+
+  beforeAll(async () => {
+    if (!existsSync(program)) throw new Error(`there is no ${program}: build it, or set TETFRONT_BINARY`);
+    file = join(mkdtempSync(join(tmpdir(), "tetfront-")), "bar.json");
+    writeFileSync(file, JSON.stringify(scene));
+    browser = await launch();
+    server = await Program.serve(file, 0);
+    ({ page, problems } = await open(browser, server.url));
+  });
+  afterAll(async () => {
+    await browser?.close();
+    await server?.stop("SIGKILL");
+  });
+
+  it("shows the object", async () => {
+    const pixels = await middle(page, "end_to_end");
+    expect(pixels.colours).toBeGreaterThan(100);
+    expect(pixels.spread).toBeGreaterThan(15);
+    expect(await page.textContent("h1")).toBe("A soft bar");
+  });
+
+  it("bends under its weight", async () => {
+    const before = await positions(page);
+    await page.waitForFunction(() => (window.tetfront!.state().simulation?.time ?? 0) > 0.5);
+    expect(largestMove(before, await positions(page))).toBeGreaterThan(1e-3);
+  });
+
+  it("stops, steps and resets", async () => {
+    await pause(page);
+    const stopped = await positions(page);
+    const { step } = (await state(page)).simulation!;
+    await page.waitForTimeout(500);
+    expect(largestMove(stopped, await positions(page))).toBe(0);
+    await page.keyboard.press("ArrowRight");
+    await page.waitForFunction((n) => window.tetfront!.state().simulation!.step === n, step + 1);
+    await page.keyboard.press("r");
+    await page.waitForFunction(() => window.tetfront!.state().simulation!.time === 0);
+    await still(page);
+    const rest = await positions(page);
+    for (let i = 0; i < rest.length; i += 3) {
+      expect(Math.abs(rest[i] - 0.15)).toBeLessThan(0.1501);
+      expect(Math.abs(rest[i + 2] - 0.45)).toBeLessThan(0.4501);
+    }
+  });
+
+  it("colours by stiffness, with the scene's range in the legend", async () => {
+    const level = await middle(page);
+    await page.keyboard.press("c");
+    await still(page);
+    expect(difference(level, await middle(page, "end_to_end_stiffness"))).toBeGreaterThan(0.1);
+    const legend = (await page.innerText(".legend")).replace(/\s+/g, " ");
+    expect(legend).toMatch(/Young’s modulus 1\d\d kPa .* [12](\.\d+)? MPa soft/);
+    await page.keyboard.press("c");
+  });
+
+  it("gives way to a pull more than to none", async () => {
+    const gravity = page.locator("[aria-label^='Gravity along']");
+    await page.click("[aria-controls=panel]");
+    for (let i = 0; i < 3; ++i) {
+      await gravity.nth(i).fill("0");
+      await page.keyboard.press("Enter");
+    }
+    await page.click("[aria-controls=panel]");
+    await page.waitForFunction(() => window.tetfront!.state().simulation!.gravity.every((g) => g === 0));
+    await page.keyboard.press("r");
+    await page.keyboard.press("Space");
+    const at = await pointOnObject(page);
+    const rest = await positions(page);
+    await page.waitForTimeout(1000);
+    expect(largestMove(rest, await positions(page))).toBeLessThan(1e-3);
+
+    await page.mouse.down();
+    await page.mouse.move(at.x + 40, at.y, { steps: 4 });
+    await page.mouse.move(at.x + 80, at.y, { steps: 4 });
+    await page.waitForFunction(() => (window.tetfront!.frame()?.pulls.length ?? 0) > 0);
+    await page.waitForTimeout(1500);
+    await screenshot(page, "end_to_end_pull");
+    expect(largestMove(rest, await positions(page))).toBeGreaterThan(0.02);
+    expect(await page.innerText("output.force:not([hidden])")).toMatch(/^[\d.]+ k?N$/);
+    await page.mouse.up();
+    await page.waitForFunction(() => window.tetfront!.frame()?.pulls.length === 0);
+  });
+
+  it("tells what was refused", async () => {
+    await page.click("[aria-controls=panel]");
+    await page.$eval("[aria-label='Tolerance in percent']", (input) => input.removeAttribute("max"));
+    await page.fill("[aria-label='Tolerance in percent']", "900");
+    await page.keyboard.press("Enter");
+    await page.waitForSelector(".toast");
+    expect(await page.innerText(".toasts")).toMatch(/Tolerance: .*9/);
+    await page.click("[aria-controls=panel]");
+  });
+
+  it("ends with status 0 at SIGTERM, and the page finds the next server", async () => {
+    expect(problems).toEqual([]);
+    const { port } = server;
+    expect(await server.stop()).toBe(0);
+    await page.waitForSelector(".banner .countdown");
+    server = await Program.serve(file, port);
+    await page.waitForFunction(
+      () => window.tetfront!.state().link.status === "open" && window.tetfront!.state().simulation,
+    );
+    const before = await positions(page);
+    await page.waitForTimeout(700);
+    expect(largestMove(before, await positions(page))).toBeGreaterThan(1e-4);
+  });
+});
