@@ -1,13 +1,12 @@
 #include "engine/mesh/mesh_io.hpp"
 
 #include "engine/base/error.hpp"
+#include "engine/mesh/file_bytes.hpp"
 
 #include <cmath>
 #include <exception>
-#include <fstream>
-#include <functional>
 #include <string>
-#include <system_error>
+#include <utility>
 
 #include <assimp/Importer.hpp>
 #include <assimp/config.h>
@@ -20,22 +19,6 @@ namespace {
 
 /// Deeper node trees than this are nonsense, and recursion must end.
 constexpr int max_node_depth = 1000;
-
-void check_readable(const std::filesystem::path& file) {
-    std::error_code error;
-    const auto status = std::filesystem::status(file, error);
-    if (!std::filesystem::exists(status)) throw InputError{file.string(), "", "does not exist", "check the path"};
-    if (!std::filesystem::is_regular_file(status))
-        throw InputError{file.string(), "", "is not a file", "name a mesh file"};
-    const std::uintmax_t size = std::filesystem::file_size(file, error);
-    if (error) throw InputError{file.string(), "", "cannot be read: " + error.message(), ""};
-    if (size == 0) throw InputError{file.string(), "", "is empty", "export it again"};
-    if (size > max_surface_file)
-        throw InputError{file.string(), "", "has " + std::to_string(size >> 20) + " MiB",
-                         "surfaces up to " + std::to_string(max_surface_file >> 20) + " MiB are read: simplify it"};
-    if (!std::ifstream(file, std::ios::binary))
-        throw InputError{file.string(), "", "cannot be opened", "check its permissions"};
-}
 
 /// Appends the node's meshes and those of its children, in metres.
 class Collector {
@@ -92,7 +75,7 @@ ImportedSurface read_surface(const std::filesystem::path& file, double scale) {
     if (!(scale > 0) || !std::isfinite(scale))
         throw InputError{file.string(), "", "the scale " + std::to_string(scale) + " is not usable",
                          "use a number > 0"};
-    check_readable(file);
+    check_readable(file, max_surface_file);
     Assimp::Importer importer;
     importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
                                                             aiComponent_COLORS | aiComponent_TEXCOORDS |
