@@ -33,8 +33,10 @@ void add_at(const Front::Point& p, int nodes, const Vec3& force, PerVertex<Vec3>
 
 }  // namespace
 
-void Implicit::build(const Front& front, const ElementSet& elements, const PerVertex<std::uint8_t>& pinned) {
+void Implicit::build(const Front& front, const ElementSet& elements, const PerTet<Sym6>& elasticity,
+                     const PerTet<double>& density, const PerVertex<std::uint8_t>& pinned) {
     matrix_.build(front, elements, pinned);
+    preconditioner_.build(front, elasticity, density, pinned, matrix_);
     const std::size_t n = front.tree().vertex_count();
     for (PerVertex<Vec3>* field : {&trial_x_, &trial_v_, &inertia_, &nodal_}) field->resize(n);
     fixed_.clear();
@@ -107,7 +109,7 @@ ImplicitReport Implicit::step(const Front& front, ElementSet& elements, State& s
             matrix_.add_point({p.at.nodes.data(), static_cast<std::size_t>(nodes)}, {p.at.weights.data(), static_cast<std::size_t>(nodes)},
                               h * h * p.stiffness + h * p.damping);
         }
-        preconditioner_.build(matrix_);
+        preconditioner_.update(matrix_, h * h + h * settings.stiffness_damping, 1 + h * settings.mass_damping);
         report.assemble_milliseconds += watch.lap();
 
         const auto& vertex = matrix_.vertices();

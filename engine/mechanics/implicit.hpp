@@ -12,7 +12,7 @@
 // momentum to the tolerance, no numerical damping. Pinned vertices keep their place.
 //
 //     Implicit implicit;
-//     implicit.build(front, elements, pinned);            // after the front changed
+//     implicit.build(front, elements, C, density, pinned);            // after the front changed
 //     ImplicitReport r = implicit.step(front, elements, state, loads, settings);
 
 #include <vector>
@@ -20,6 +20,7 @@
 #include "engine/base/types.hpp"
 #include "engine/mechanics/block_matrix.hpp"
 #include "engine/mechanics/elements.hpp"
+#include "engine/mechanics/multilevel.hpp"
 #include "engine/mechanics/pcg.hpp"
 #include "engine/tree/front.hpp"
 
@@ -71,7 +72,9 @@ struct ImplicitReport {
 
 class Implicit {
  public:
-    void build(const Front& front, const ElementSet& elements, const PerVertex<std::uint8_t>& pinned);
+    /// elasticity and density: of every tet of the tree, for the preconditioner's levels.
+    void build(const Front& front, const ElementSet& elements, const PerTet<Sym6>& elasticity, const PerTet<double>& density,
+               const PerVertex<std::uint8_t>& pinned);
 
     /// One time step. Afterwards `elements` holds strains, forces and energy at the new positions.
     ImplicitReport step(const Front& front, ElementSet& elements, State& state, const Loads& loads,
@@ -85,7 +88,7 @@ class Implicit {
                     const ImplicitSettings& settings, double h);
 
     BlockMatrix matrix_;
-    BlockJacobi preconditioner_;
+    Multilevel preconditioner_;
     Pcg pcg_;
     std::vector<VertexId> fixed_;                // free but pinned vertices of the front
     PerVertex<Vec3> trial_x_, trial_v_, inertia_, nodal_;

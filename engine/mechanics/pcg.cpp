@@ -34,7 +34,7 @@ void BlockJacobi::apply(const DofVector& r, DofVector& z) const {
     });
 }
 
-PcgResult Pcg::solve(const BlockMatrix& a, const BlockJacobi& preconditioner, const DofVector& b, DofVector& x,
+PcgResult Pcg::solve(const BlockMatrix& a, const Preconditioner& preconditioner, const DofVector& b, DofVector& x,
                      const PcgLimits& limits) {
     const std::size_t n = b.size();
     for (DofVector* v : {&r_, &z_, &p_, &q_}) v->resize(n);

@@ -13,11 +13,18 @@
 
 namespace tetfront {
 
-/// z = B r with the inverted 3x3 diagonal blocks.
-class BlockJacobi {
+/// z = B r, B symmetric positive definite and near the inverse of the matrix.
+class Preconditioner {
+ public:
+    virtual ~Preconditioner() = default;
+    virtual void apply(const DofVector& r, DofVector& z) const = 0;
+};
+
+/// The inverted 3x3 diagonal blocks.
+class BlockJacobi : public Preconditioner {
  public:
     void build(const BlockMatrix& matrix);
-    void apply(const DofVector& r, DofVector& z) const;
+    void apply(const DofVector& r, DofVector& z) const override;
 
  private:
     std::vector<Mat3> inverse_;  // [dofs]
@@ -36,7 +43,7 @@ struct PcgResult {
 class Pcg {
  public:
     /// Solves A x = b. x: start value in, solution out.
-    PcgResult solve(const BlockMatrix& a, const BlockJacobi& preconditioner, const DofVector& b, DofVector& x,
+    PcgResult solve(const BlockMatrix& a, const Preconditioner& preconditioner, const DofVector& b, DofVector& x,
                     const PcgLimits& limits);
 
  private:

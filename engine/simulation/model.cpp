@@ -7,6 +7,7 @@
 #include "engine/mesh/mesh_io.hpp"
 #include "engine/mesh/volume_mesh.hpp"
 #include "engine/simulation/simulation.hpp"
+#include "engine/tree/creases.hpp"
 
 namespace tetfront {
 
@@ -153,8 +154,9 @@ std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress) 
     double mass = 0;
     for (TetId t : tree.level(0)) mass += density[t] * tree.volume(t);
 
+    auto forces = attach_forces(scene, surface);  // before vertices are doubled
+    surface = split_creases(std::move(surface), crease_angle);
     auto frame_model = make_frame_model(scene, tree, surface, stiffness);
-    auto forces = attach_forces(scene, surface);
     auto unresolved = find_unresolved(tree, pinned);
     const double size = box.sizes().maxCoeff();
     report("ready", 1);

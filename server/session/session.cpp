@@ -82,7 +82,10 @@ void Session::disconnect(ClientId client) {
 }
 
 void Session::run() {
-    if (build()) restart();
+    if (build()) {
+        next_step_ = rate_since_ = Clock::now();
+        frame_dirty_ = state_urgent_ = true;
+    }
     for (std::vector<Request> requests; take_requests(requests);) {
         for (Request& request : requests) apply(request);
         requests.clear();
@@ -100,10 +103,12 @@ bool Session::build() {
             }
             if (listener_.progress) listener_.progress(what, fraction);
         });
+        simulation_.emplace(model_);
     } catch (const BuildStopped&) {
         return false;
     } catch (...) {
         const std::exception_ptr error = std::current_exception();
+        model_.reset();
         failure_ = "the model could not be built: " + text_of(error);
         if (listener_.build_failed) listener_.build_failed(error);
         return false;
@@ -156,7 +161,7 @@ void Session::apply(Request& request) {
     try {
         error = apply(request.client, std::get<Command>(request.what));
     } catch (const InputError& e) {
-        error = CommandError{"failed", "", e.what()};
+        error = CommandError{"failed", e.where, e.problem + (e.remedy.empty() ? "" : "; " + e.remedy)};
     } catch (...) {
         break_down(text_of(std::current_exception()));
         error = CommandError{"failed", "", failure_};

@@ -2,6 +2,7 @@
 //   build/release/tests/coarsening_benchmark
 
 #include "engine/mechanics/cell_sampling.hpp"
+#include "engine/mechanics/elasticity.hpp"
 
 #include <random>
 

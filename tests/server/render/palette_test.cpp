@@ -32,7 +32,7 @@ Linear linear(Rgb c) {
     return {decode(c.r / 255.0), decode(c.g / 255.0), decode(c.b / 255.0)};
 }
 
-Linear apply(const std::array<Linear, 3>& m, const Linear& v) {
+Linear multiply(const std::array<Linear, 3>& m, const Linear& v) {
     Linear result{};
     for (std::size_t i = 0; i < 3; ++i) result[i] = m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2];
     return result;
@@ -40,12 +40,12 @@ Linear apply(const std::array<Linear, 3>& m, const Linear& v) {
 
 /// Oklab (Ottosson 2020): lightness and two colour axes in which distances are about as large as they look.
 Linear oklab(const Linear& rgb) {
-    Linear cones = apply({{{0.4122214708, 0.5363325363, 0.0514459929},
+    Linear cones = multiply({{{0.4122214708, 0.5363325363, 0.0514459929},
                            {0.2119034982, 0.6806995451, 0.1073969566},
                            {0.0883024619, 0.2817188376, 0.6299787005}}},
                          rgb);
     for (double& x : cones) x = std::cbrt(std::max(x, 0.0));
-    return apply({{{0.2104542553, 0.7936177850, -0.0040720468},
+    return multiply({{{0.2104542553, 0.7936177850, -0.0040720468},
                    {1.9779984951, -2.4285922050, 0.4505937099},
                    {0.0259040371, 0.7827717662, -0.8086757660}}},
                  cones);
@@ -93,8 +93,8 @@ TEST(Palette, EndsAreClamped) {
 TEST(Palette, LevelsAreOrderedByLightnessAndDistinctToEveryEye) {
     for (const auto& [who, vision] : eyes) {
         for (std::size_t i = 0; i + 1 < level_colours.size(); ++i) {
-            const Linear a = oklab(apply(vision, linear(level_colours[i])));
-            const Linear b = oklab(apply(vision, linear(level_colours[i + 1])));
+            const Linear a = oklab(multiply(vision, linear(level_colours[i])));
+            const Linear b = oklab(multiply(vision, linear(level_colours[i + 1])));
             EXPECT_GT(b[0], a[0]) << "lightness of levels " << i << " and " << i + 1 << ", " << who;
             EXPECT_GT(distance(a, b), 0.045) << "levels " << i << " and " << i + 1 << ", " << who;
         }
@@ -104,8 +104,8 @@ TEST(Palette, LevelsAreOrderedByLightnessAndDistinctToEveryEye) {
 TEST(Palette, StiffnessGrowsDarkerInEvenSteps) {
     for (const auto& [who, vision] : eyes) {
         for (std::size_t i = 0; i + 1 < stiffness_colours.size(); ++i) {
-            const Linear a = oklab(apply(vision, linear(stiffness_colours[i])));
-            const Linear b = oklab(apply(vision, linear(stiffness_colours[i + 1])));
+            const Linear a = oklab(multiply(vision, linear(stiffness_colours[i])));
+            const Linear b = oklab(multiply(vision, linear(stiffness_colours[i + 1])));
             EXPECT_LT(b[0], a[0]) << "stops " << i << " and " << i + 1 << ", " << who;
             EXPECT_GT(distance(a, b), 0.03) << "stops " << i << " and " << i + 1 << ", " << who;
             EXPECT_LT(distance(a, b), 0.13) << "stops " << i << " and " << i + 1 << ", " << who;

@@ -1,0 +1,47 @@
+#pragma once
+// A multilevel preconditioner from the tree's own levels (Bramble, Pasciak, Xu 1990), for fronts of both orders:
+//
+//     z = J^-1 r + sum_l P_l S_l^-1 P_l^T r
+//
+// J: the matrix's 3x3 diagonal blocks. Level l holds the vertices of the front up to level l of the tree; P_l carries their
+// linear hat functions up by repeated midpoints, x_v = (x_a + x_b) / 2 over split edges. S_l: the diagonal of each
+// level's own stiffness and mass as one scalar per vertex, which no rotation changes, so it is worked out once per front.
+// One descending and one ascending pass over the front's vertices apply it: far cheaper than a product with the matrix.
+//
+//     Multilevel multilevel;
+//     multilevel.build(front, elasticity, density, pinned, matrix);     // after the front changed
+//     multilevel.update(matrix, h * h, 1);                              // after the matrix was filled
+//     pcg.solve(matrix, multilevel, ...);
+
+#include "engine/mechanics/block_matrix.hpp"
+#include "engine/mechanics/pcg.hpp"
+
+namespace tetfront {
+
+class Multilevel : public Preconditioner {
+ public:
+    void build(const Front& front, const PerTet<Sym6>& elasticity, const PerTet<double>& density,
+               const PerVertex<std::uint8_t>& pinned, const BlockMatrix& matrix);
+    /// The scales are those that the matrix was made with.
+    void update(const BlockMatrix& matrix, double stiffness_scale, double mass_scale);
+    void apply(const DofVector& r, DofVector& z) const override;
+
+ private:
+    struct Diagonal {
+        double stiffness = 0, mass = 0;  // [N/m], [kg]
+    };
+    void add_level_diagonals(const Front& front, const PerTet<Sym6>& elasticity, const PerTet<double>& density);
+
+    BlockJacobi jacobi_;
+    std::vector<std::size_t> level_end_;                     // [levels] one past the last slot of a level's vertices
+    std::vector<std::array<std::int32_t, 2>> ends_;          // [vertices of the front] slots of the split edge; -1: root
+    std::vector<std::int32_t> dof_;                          // [vertices of the front] -1: hanging or pinned
+    std::vector<std::uint8_t> fixed_;                        // [vertices of the front]
+    std::vector<std::vector<Diagonal>> diagonal_;            // [levels - 1][level_end_[l]]
+    std::vector<std::vector<double>> inverse_;               // the same, of the scaled sum; 0 where fixed
+    PerVertex<std::int32_t> slot_;                           // [V of the tree] valid for the front's vertices
+    mutable std::vector<DofVector> coarse_;                  // [levels - 1][level_end_[l]] work space
+    mutable DofVector fine_;                                 // [vertices of the front] work space
+};
+
+}  // namespace tetfront

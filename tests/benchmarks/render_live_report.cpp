@@ -1,0 +1,122 @@
+// The two promises of the first screen: the bunny moves in real time, and its pictures come at a useful rate. Steps the
+// scene, once left alone and once pulled around, then renders it; writes tests/reports/live.md.
+//
+//     build/release/tests/render_live_report [REPORT]          (from the repository's root, on an idle machine)
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <numbers>
+
+#include "engine/simulation/simulation.hpp"
+#include "server/render/renderer.hpp"
+#include "server/render/sequence.hpp"
+#include "tests/support/report.hpp"
+
+using namespace tetfront;
+using namespace tetfront::testing;
+
+namespace {
+
+constexpr int steps = 600;
+
+struct Run {
+    std::vector<double> milliseconds;
+    double tets = 0, estimate = 0;
+    int iterations = 0, changes = 0, inverted_steps = 0, troubled_steps = 0, not_finite = 0;
+
+    [[nodiscard]] double at(double quantile) const {
+        std::vector<double> sorted = milliseconds;
+        std::sort(sorted.begin(), sorted.end());
+        return sorted[static_cast<std::size_t>(quantile * static_cast<double>(sorted.size() - 1))];
+    }
+    [[nodiscard]] double rate() const {
+        double total = 0;
+        for (double ms : milliseconds) total += ms;
+        return 1000 * static_cast<double>(milliseconds.size()) / total;
+    }
+};
+
+/// The frame that a viewer would get is made after every step and its time counts.
+Run run(const std::shared_ptr<const Model>& model, bool pulled) {
+    Simulation simulation(model);
+    Run result;
+    const auto& box = model->frame_model->rest_box;
+    const Vec3 low(box[0], box[1], box[2]), high(box[3], box[4], box[5]);
+    for (int i = 0; i < steps; ++i) {
+        const auto start = std::chrono::steady_clock::now();
+        if (pulled) {
+            // A hand that grabs another point every second and swings it around.
+            const auto triangle = static_cast<std::uint32_t>(static_cast<std::size_t>(i / 60) * 397 % model->frame_model->triangles.size());
+            const double angle = 2 * std::numbers::pi * i / 45;
+            const Vec3 target = (low + high) / 2 + (high - low).maxCoeff() * Vec3(std::cos(angle), 0.6 + 0.4 * std::sin(2 * angle), std::sin(angle));
+            if (i % 60 == 0) simulation.begin_pull(1, {triangle, Vec3::Constant(1.0 / 3)}, target);
+            simulation.move_pull(1, target);
+        }
+        const StepReport r = simulation.step();
+        const auto frame = simulation.frame();
+        result.milliseconds.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+        for (auto n : r.tets_by_level) result.tets += n / static_cast<double>(steps);
+        result.estimate += r.estimate / steps;
+        result.iterations += r.solver_iterations;
+        result.changes += r.splits + r.merges;
+        result.inverted_steps += r.inverted_tets > 0;
+        result.troubled_steps += !r.converged || r.rejected || !r.warning.empty();
+        for (const auto& p : frame->surface) result.not_finite += !(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]));
+    }
+    return result;
+}
+
+void row(std::ostream& out, const char* name, const Run& r) {
+    out << "| " << name << " | " << number(r.rate(), "%.0f") << " | " << number(r.at(0.5)) << " / " << number(r.at(0.95)) << " / " << number(r.at(1))
+        << " | " << number(r.tets, "%.0f") << " | " << r.iterations / steps << " | " << r.changes << " | " << number(100 * r.estimate) << " % | "
+        << r.inverted_steps << " | " << r.troubled_steps << " | " << r.not_finite << " |\n";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const std::string path = argc > 1 ? argv[1] : TETFRONT_SOURCE_DIR "/tests/reports/live.md";
+    const auto model = build_model(load_scene(TETFRONT_SOURCE_DIR "/assets/scenes/bunny.json"));
+    const TetTree& tree = model->tree;
+    const Run alone = run(model, false), pulled = run(model, true);
+
+    const std::filesystem::path directory = std::filesystem::temp_directory_path() / "tetfront-live-report";
+    std::filesystem::create_directories(directory);
+    Simulation simulation(model);
+    const View view = make_view(model->scene.view, *model->frame_model, 1280, 720);
+    SequenceOptions options{.frames = 60, .directory = directory, .view = view, .title = model->scene.title};
+    const double per_frame = 1 / (30 * model->scene.time_step);
+    const SequenceReport pictures = render_sequence(
+        options,
+        [&](int index) {
+            for (int i = 0; index > 0 && i < static_cast<int>(std::lround(per_frame)); ++i) simulation.step();
+            return simulation.frame();
+        },
+        [](int) { return true; });
+    std::filesystem::remove_all(directory);
+
+    std::ofstream out(path);
+    write_head(out, "The bunny, live and as pictures", "build/release/tests/render_live_report");
+    out << "\nScene assets/scenes/bunny.json: " << tree.tet_count(0) << " root tets, " << tree.depth() << " levels, " << tree.tet_count(tree.depth())
+        << " leaf tets, " << model->frame_model->triangles.size() << " surface triangles; order " << model->scene.front.order << ", tolerance "
+        << model->scene.front.tolerance << ", time step 1/" << number(1 / model->scene.time_step, "%.0f") << " s.\n\n"
+        << "## Steps\n\n" << steps << " steps, each with the frame for a viewer. Goal: 60 a second; no inverted tet, nothing that is not finite.\n\n"
+        << "| | steps/s | ms: median / 95 % / worst | tets, mean | CG iterations a step | splits and merges | estimate, mean | steps with an inverted "
+           "tet | steps with a warning | surface coordinates not finite |\n|---|---|---|---|---|---|---|---|---|---|\n";
+    row(out, "left alone", alone);
+    row(out, "pulled around", pulled);
+    out << "\n## Pictures\n\n1280x720, 2x2 samples a pixel, 60 frames of 1/30 s, simulation and PNG files included. Goal: 5 a second.\n\n"
+        << "| frames/s | simulate | render | encode |\n|---|---|---|---|\n| " << number(pictures.written / pictures.seconds) << " | "
+        << number(1000 * pictures.simulate / pictures.written) << " ms | " << number(1000 * pictures.render / pictures.written) << " ms | "
+        << number(1000 * pictures.encode / pictures.written) << " ms |\n";
+    if (!out.flush()) {
+        std::cerr << "cannot write " << path << "\n";
+        return 4;
+    }
+    std::cout << "wrote " << path << "\n";
+    return 0;
+}
