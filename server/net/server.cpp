@@ -39,7 +39,13 @@ struct Server::Impl {
     std::shared_ptr<const Frame> newest;  // guarded by mutex: the slot that the session's thread drops frames into
 
     Impl(Options options_, WebFiles files, Session& session)
-        : options(std::move(options_)), hub(session, std::move(files), AccessPolicy(options.host, listen())) {}
+        : options(std::move(options_)), hub(session, std::move(files), AccessPolicy(options.host, listen())) {
+        // From here on, not from run() on: the port, and with it the URL, is known as soon as this exists.
+        if (options.signals) {
+            signals.add(SIGINT);
+            signals.add(SIGTERM);
+        }
+    }
 
     /// Returns the port.
     std::uint16_t listen() {
@@ -134,8 +140,6 @@ struct Server::Impl {
 
     void run() {
         if (options.signals) {
-            signals.add(SIGINT);
-            signals.add(SIGTERM);
             signals.async_wait([this](Error error, int) {
                 if (!error) stop();
             });
