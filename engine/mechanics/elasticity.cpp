@@ -65,7 +65,9 @@ class Estimation {
             result.report.push_back(report);
         }
         const std::size_t count = tree_.tet_count();
-        const bool brackets = pool_.size() > 1, ends = ranges_.size() > 1;
+        const bool brackets =
+            std::any_of(numbers_.begin(), numbers_.end(), [](const Numbers& n) { return n.upper != n.lower; });
+        const bool ends = ranges_.size() > 1;
         result.elasticity.resize(count);
         if (brackets) result.bracket.resize(count);
         if (ends) result.valid_range.resize(count);

@@ -55,8 +55,8 @@ struct LevelReport {
 struct ElasticityMatrices {
     PerTet<Sym6> elasticity;  // [T] C [Pa], symmetric positive definite
     /// [T] C_average - C_uniform_stress [Pa], both carried up from the leaves, positive semidefinite: what a coarse tet
-    /// does not know about its material. Zero for leaves and wherever the material is uniform. Empty when the whole
-    /// object is uniform.
+    /// does not know about its material. Zero for leaves and wherever the material is uniform. Empty when it is
+    /// zero everywhere.
     PerTet<Sym6> bracket;
     /// [T] valid range of each Voigt strain component, [Imai] eq. (6): {min, max}; infinite where the linear law holds.
     /// Empty: all infinite. A parent's range never promises more than its children's do.

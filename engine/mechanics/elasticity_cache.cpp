@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <optional>
+#include <sstream>
 #include <system_error>
 #include <type_traits>
 #include <vector>
@@ -108,6 +109,10 @@ class Reader {
         std::size_t total = 0;
         for (const std::uint32_t n : lengths) total += n;
         if (total > most) return false;
+        if (total == values.size()) {
+            v = std::move(values);
+            return true;
+        }
         v.clear();
         v.reserve(total);
         for (std::size_t i = 0; i < values.size(); ++i) v.insert(v.end(), lengths[i], values[i]);
@@ -219,7 +224,9 @@ std::string save(const std::filesystem::path& path, std::uint64_t key, const Coa
     std::filesystem::create_directories(path.parent_path(), error);
     if (error) return "cannot be made: " + error.message();
     std::filesystem::path temporary = path;
-    temporary += "." + std::to_string(::getpid()) + "." + std::to_string(counter++) + ".tmp";
+    std::ostringstream suffix;
+    suffix << '.' << ::getpid() << '.' << counter++ << ".tmp";
+    temporary += suffix.str();
 
     const std::string payload = pack(materials);
     const Header header{magic, format_version, key, payload.size(),

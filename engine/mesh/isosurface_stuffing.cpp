@@ -120,7 +120,8 @@ class Stuffing {
     };
     struct EdgeHash {
         std::size_t operator()(const std::pair<PointId, PointId>& e) const {
-            return std::hash<PointId>{}(e.first * PointId{0x9E3779B97F4A7C15U >> 1} ^ e.second);
+            const auto a = static_cast<std::uint64_t>(e.first), b = static_cast<std::uint64_t>(e.second);
+            return static_cast<std::size_t>(a * 0x9E3779B97F4A7C15U ^ b);
         }
     };
 

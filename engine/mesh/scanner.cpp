@@ -108,7 +108,7 @@ std::size_t Scanner::count(std::string_view what, std::size_t bytes_each) {
 
 void Scanner::expect(std::uint64_t n, std::size_t bytes_each, std::string_view what) {
     // The last of them may lack its blank at the end of the file.
-    if (n > (remaining() + 1) / bytes_each)
+    if (n > (remaining() + 1) / std::max<std::size_t>(bytes_each, 1))
         fail("announces " + std::to_string(n) + " " + std::string(what) + ", but only " + std::to_string(remaining()) +
                  " bytes follow",
              "the file is cut off or broken: export it again");

@@ -15,25 +15,12 @@
 // hexahedra, prisms or pyramids are refused. Of VTK's cell data the array that is named like a region (`region`,
 // `material`, `MaterialIDs`, `gmsh:physical`, `medit:ref`, `CellEntityIds`, `attribute`, `part`...) is taken.
 
-#include "engine/mesh/tet_mesh.hpp"
+#include "engine/mesh/imported_tets.hpp"
 
 #include <filesystem>
 #include <string>
 
 namespace tetfront {
-
-struct TetRepairs {
-    std::size_t inverted_tets = 0;      // turned around
-    std::size_t straightened_tets = 0;  // quadratic, taken by their corners
-    std::size_t ignored_cells = 0;      // points, lines, faces
-    std::size_t unused_vertices = 0;    // belonged to no tet: dropped
-    std::size_t welded_vertices = 0;    // at one position in several pieces of a .vtu file
-};
-
-struct ImportedTets {
-    TetMesh mesh;  // passes validate(); ordered for refinement
-    TetRepairs repairs;
-};
 
 /// Largest file that is read [bytes].
 inline constexpr std::uintmax_t max_tet_file = std::uintmax_t{1} << 29;

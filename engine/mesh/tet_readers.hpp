@@ -5,7 +5,7 @@
 //     RawTets raw = read_gmsh(bytes, "liver.msh");
 //     ImportedTets liver = finish(std::move(raw), "liver.msh", 0.001);
 
-#include "engine/mesh/tet_file.hpp"
+#include "engine/mesh/imported_tets.hpp"
 
 #include <string>
 #include <string_view>

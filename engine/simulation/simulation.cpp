@@ -374,15 +374,18 @@ std::shared_ptr<const Frame> Simulation::frame(double steps_per_second) {
     status.converged = s.report.converged;
     status.warning = s.report.warning;
     std::vector<FramePull> pulls;
-    for (const PointSpring& spring : s.loads().springs) {
-        const Vec3 from = s.position(spring.at);
+    const Loads loads = s.loads();
+    auto spring = loads.springs.begin();  // one for each pull, in order
+    for (const auto& [id, target] : s.pulls) {
+        const Vec3 from = s.position(spring->at);
         FramePull pull;
         for (int c = 0; c < 3; ++c) {
             pull.from[static_cast<std::size_t>(c)] = static_cast<float>(from[c]);
-            pull.to[static_cast<std::size_t>(c)] = static_cast<float>(spring.target[c]);
+            pull.to[static_cast<std::size_t>(c)] = static_cast<float>(target.target[c]);
         }
-        pull.force = static_cast<float>(spring.stiffness * (spring.target - from).norm());
+        pull.force = static_cast<float>(spring->stiffness * (spring->target - from).norm());
         pulls.push_back(pull);
+        ++spring;
     }
     return s.frames.build(s.front, s.state.x, std::move(status), std::move(pulls));
 }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -164,6 +165,9 @@ class SimulatedFrames {
 };
 
 int render(const RenderOptions& options) {
+    // CLI::Range lets nan pass.
+    if (!std::isfinite(options.fps)) throw InputError("--fps", "", "is not a number", "use 0.01 to 10000");
+    if (!std::isfinite(options.start_at)) throw InputError("--start-at", "", "is not a number", "use 0 to 86400");
     View size;
     parse_size(options.size, size);
     const Scene scene = options.scene.load();

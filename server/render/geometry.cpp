@@ -125,8 +125,9 @@ void append_arrow(Solid& solid, const Point& from, const Point& to, float radius
     if (length < 1e-3F * radius) return;
     const float head = std::min(7 * radius, length), neck = length - head, wide = head * 0.36F;
     const float slope = 1 / std::hypot(head, wide);
-    const std::array<ProfilePoint, 2> shaft = {{{0, radius, 0, 1}, {neck, radius, 0, 1}}};
-    const std::array<ProfilePoint, 2> base = {{{neck, radius, -1, 0}, {neck, wide, -1, 0}}};
+    const float thin = std::min(radius, wide / 2);  // of a short arrow, so that its head stays the widest
+    const std::array<ProfilePoint, 2> shaft = {{{0, thin, 0, 1}, {neck, thin, 0, 1}}};
+    const std::array<ProfilePoint, 2> base = {{{neck, thin, -1, 0}, {neck, wide, -1, 0}}};
     const std::array<ProfilePoint, 2> cone = {
         {{neck, wide, wide * slope, head * slope}, {length, 0, wide * slope, head * slope}}};
     append_revolution(solid, start, way / length, shaft);

