@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <functional>
 #include <future>
@@ -74,7 +75,7 @@ class TestSession {
     Session session;  // last: its thread ends before the rest goes
 };
 
-command::PullBegin pull_up(std::uint32_t number) { return {number, SurfacePoint{}, Vec3(0, 0, 3)}; }
+command::PullBegin pull_up(std::uint32_t number) { return {number, SurfacePoint{}, Vec3(0, 0, 1.25)}; }
 
 TEST(Session, PausedShowsTheRestStateAndSteps) {
     TestSession s(false);
@@ -155,15 +156,15 @@ TEST(Session, PullsBelongToTheirClientAndEndWithIt) {
     EXPECT_FALSE(s.send(pull_up(1), 1));
     EXPECT_FALSE(s.send(pull_up(1), 2));
     ASSERT_TRUE(s.wait([&] { return s.frame && s.frame->pulls.size() == 2; }));
-    EXPECT_FALSE(s.send(command::PullMove{1, Vec3(0, 0, 5)}, 2));
+    EXPECT_FALSE(s.send(command::PullMove{1, Vec3(0, 0, 1.5)}, 2));
     ASSERT_TRUE(s.wait([&] {
         const auto& pulls = s.frame->pulls;
-        return pulls.size() == 2 && pulls[0].to[2] != pulls[1].to[2];
+        return pulls.size() == 2 && std::abs(pulls[0].to[2] - pulls[1].to[2]) > 0.2F;
     }));
     EXPECT_FALSE(s.send(command::PullEnd{1}, 3)) << "of a client that has none: nothing";
     s.session.disconnect(1);
     ASSERT_TRUE(s.wait([&] { return s.frame->pulls.size() == 1; }));
-    EXPECT_EQ(s.look([&] { return s.frame->pulls[0].to[2]; }), 5);
+    EXPECT_EQ(s.look([&] { return s.frame->pulls[0].to[2]; }), 1.5F);
     EXPECT_FALSE(s.send(command::PullEnd{1}, 2));
     ASSERT_TRUE(s.wait([&] { return s.frame->pulls.empty(); }));
 }
