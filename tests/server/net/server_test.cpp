@@ -406,7 +406,7 @@ TEST_F(ServerTest, PingsAndThenDropsASilentViewer) {
 
 TEST_F(ServerTest, ASlowViewerGetsTheLatestFrame) {
     Scene scene = box_scene();
-    scene.mesh = BoxMeshSpec{{0, 0, 0}, {4, 1, 1}, {40, 10, 10}};  // frames of 20 kB
+    scene.mesh = BoxMeshSpec{{0, 0, 0}, {4, 1, 1}, {24, 6, 6}};  // frames of 15 kB
     scene.levels = 0;
     scene.front.order = 1;
     scene.time_step = 0.1;
