@@ -88,7 +88,7 @@ int main(int argc, char** argv) {
     std::filesystem::create_directories(directory);
     Simulation simulation(model);
     const View view = make_view(model->scene.view, *model->frame_model, 1280, 720);
-    SequenceOptions options{.frames = 60, .directory = directory, .view = view, .title = model->scene.title};
+    SequenceOptions options{.frames = 60, .directory = directory, .view = view, .title = model->scene.title, .text = {}};
     const double per_frame = 1 / (30 * model->scene.time_step);
     const SequenceReport pictures = render_sequence(
         options,
