@@ -6,7 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <regex>
+#include <algorithm>
+#include <stdexcept>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -14,6 +15,12 @@
 #include <nlohmann/json.hpp>
 
 namespace tetfront {
+
+/// std::regex recurses once a character; the format uses one pattern only: no control characters.
+inline bool matches(const std::string& text, const std::string& pattern) {
+    if (pattern != R"(^[^\u0000-\u001f\u007f]*$)") throw std::invalid_argument("unknown pattern " + pattern);
+    return std::ranges::none_of(text, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
+}
 
 class JsonSchema {
  public:
@@ -71,7 +78,7 @@ class JsonSchema {
         if (keyword == "maxLength") return unless(!value.is_string() || characters(value) <= rule.get<std::size_t>());
         if (keyword == "pattern") {
             return unless(!value.is_string() ||
-                          std::regex_search(value.get<std::string>(), std::regex(rule.get<std::string>())));
+                          matches(value.get<std::string>(), rule.get<std::string>()));
         }
         if (keyword == "minItems") return unless(!value.is_array() || size >= rule.get<std::size_t>());
         if (keyword == "maxItems") return unless(!value.is_array() || size <= rule.get<std::size_t>());
