@@ -188,6 +188,7 @@ class VtkReader {
             skip(product(n, components), t);
     }
     std::size_t product(std::size_t n, std::size_t components) {
+        if (components == 0) return 0;
         in_.expect(n, components, "tuples");  // each value takes a byte at least
         return n * components;
     }
@@ -201,8 +202,8 @@ class VtkReader {
                 skip_metadata();
                 name = in_.word("an array's name");
             }
-            const std::size_t components = in_.count("components", 1),
-                              n = in_.count("tuples", components ? components : 1);
+            const std::size_t components = in_.count("components", 1);
+            const auto n = static_cast<std::size_t>(in_.integer("the number of tuples", 0, INT32_MAX));
             const VtkType t = read_type();
             take(name, n, components, t);
         }
