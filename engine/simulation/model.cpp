@@ -3,9 +3,10 @@
 #include <cmath>
 
 #include "engine/base/error.hpp"
-#include "engine/material/stiffness.hpp"
 #include "engine/mesh/mesh_io.hpp"
+#include "engine/mesh/tet_file.hpp"
 #include "engine/mesh/volume_mesh.hpp"
+#include "engine/simulation/scene_material.hpp"
 #include "engine/simulation/simulation.hpp"
 #include "engine/tree/creases.hpp"
 
@@ -20,11 +21,22 @@ struct Shape {
 
 Shape make_shape(const Scene& scene) {
     if (const auto* box = std::get_if<BoxMeshSpec>(&scene.mesh)) return {box_mesh(box->low, box->high, box->cells), {}};
+    if (const auto* tets = std::get_if<TetMeshSpec>(&scene.mesh)) return {read_tet_mesh(tets->file, tets->scale).mesh, {}};
     const auto& spec = std::get<SurfaceMeshSpec>(scene.mesh);
     Shape shape;
     shape.surface = read_surface(spec.file, spec.scale).mesh;
     shape.roots = mesh_volume(shape.surface, {.target_tets = spec.target_tets}).mesh;
     return shape;
+}
+
+/// A box and a surface say their size in the scene; a file of tets does when it has been read.
+void check_size(const Scene& scene, const TetMesh& roots) {
+    const double leaves = static_cast<double>(roots.corners.size()) * std::pow(8, scene.levels);
+    if (leaves < max_leaves || !std::holds_alternative<TetMeshSpec>(scene.mesh)) return;
+    throw InputError(scene.file.string(), "/levels",
+                     "makes " + std::to_string(static_cast<long long>(leaves)) + " tets of the " +
+                         std::to_string(roots.corners.size()) + " in the file",
+                     "use fewer levels: the finest level must have less than 16777216 tets");
 }
 
 /// The leaves' outer faces: as smooth as the simulation can be.
@@ -35,23 +47,10 @@ SurfaceMesh leaf_boundary(const TetTree& tree) {
     return boundary_surface(leaves);
 }
 
-bool inside(const Region& region, const Vec3& p) {
-    if (const auto* box = std::get_if<Box>(&region)) return (p.array() >= box->low.array()).all() && (p.array() <= box->high.array()).all();
-    const auto& half = std::get<HalfSpace>(region);
-    return (p - half.point).dot(half.normal) <= 0;
-}
-
 Eigen::AlignedBox3d bounds(const TetTree& tree) {
     Eigen::AlignedBox3d box;
     for (VertexId v : ids<VertexId>(tree.vertex_count(0))) box.extend(tree.rest(v));
     return box;
-}
-
-Scalar scalar(const ScalarField& field, const Eigen::AlignedBox3d& box) {
-    if (field.kind == ScalarField::Kind::constant) return constant(field.value);
-    const std::array<double, 2> at = field.at_extent ? std::array{box.min()[field.axis], box.max()[field.axis]} : field.at;
-    return gradient(field.axis, at, field.values,
-                    field.kind == ScalarField::Kind::linear ? Interpolation::linear : Interpolation::exponential);
 }
 
 /// Tets that contain pinned vertices although none of their own corners is pinned: their descendants know better.
@@ -80,7 +79,7 @@ std::vector<AttachedForce> attach_forces(const Scene& scene, const Surface& surf
         const ForceSpec& spec = scene.forces[i];
         std::vector<std::size_t> vertices;
         for (std::size_t s = 0; s < surface.mesh.positions.size(); ++s)
-            if (inside(spec.region, surface.mesh.positions[s])) vertices.push_back(s);
+            if (contains(spec.region, surface.mesh.positions[s])) vertices.push_back(s);
         if (vertices.empty()) {
             throw InputError(scene.file.string(), "/forces/" + std::to_string(i), "has no surface vertex in its region",
                              "move or enlarge the region");
@@ -117,7 +116,7 @@ std::shared_ptr<const FrameModel> make_frame_model(const Scene& scene, const Tet
 
 }  // namespace
 
-std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress) {
+std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress, const CacheSettings& cache) {
     const auto report = [&](const char* what, double fraction) {
         if (progress) progress(what, fraction);
     };
@@ -127,26 +126,29 @@ std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress) 
     }
     report("meshing", 0);
     Shape shape = make_shape(scene);
+    check_size(scene, shape.roots);
     report("subdividing", 0);
+    const StiffnessFunction stiffness = make_stiffness(scene, shape.roots);
     TetTree tree(std::move(shape.roots), scene.levels);
     if (shape.surface.positions.empty()) shape.surface = leaf_boundary(tree);
     report("attaching the surface", 0);
     Surface surface = embed(std::move(shape.surface), tree);
 
     const Eigen::AlignedBox3d box = bounds(tree);
-    const StiffnessFunction stiffness({.young = scalar(scene.material.young, box),
-                                       .poisson = constant(scene.material.poisson),
-                                       .density = constant(scene.material.density)});
-    const LeafMaterials leaves = integrate_leaves(tree, stiffness, [&](double f) { report("integrating the material", f); });
-    ElasticityMatrices matrices = estimate_elasticity(
-        tree, leaves, scene.estimation == Estimation::average ? CellProblem::average : CellProblem::mean_strain,
-        [&](double f) { report("estimating elasticity matrices", f); });
-    PerTet<double> density = coarse_density(tree, leaves);
+    CoarseMaterials materials;
+    try {
+        materials = coarse_materials(tree, stiffness, estimation_settings(scene.estimation), cache,
+                                     [&](double f) { report("estimating elasticity matrices", f); });
+    } catch (const InputError& error) {
+        if (!error.file.empty()) throw;
+        throw InputError(scene.file.string(), "/material: " + error.where, error.problem, error.remedy);
+    }
+    PerTet<double>& density = materials.density;
 
     PerVertex<std::uint8_t> pinned(tree.vertex_count(), 0);
     bool has_pins = false;
     for (VertexId v : ids<VertexId>(tree.vertex_count())) {
-        pinned[v] = std::ranges::any_of(scene.pins, [&](const Region& r) { return inside(r, tree.rest(v)); });
+        pinned[v] = std::ranges::any_of(scene.pins, [&](const Region& r) { return contains(r, tree.rest(v)); });
         has_pins = has_pins || pinned[v];
     }
     if (!scene.pins.empty() && !has_pins)
@@ -160,7 +162,7 @@ std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress) 
     auto unresolved = find_unresolved(tree, pinned);
     const double size = box.sizes().maxCoeff();
     report("ready", 1);
-    return std::make_shared<const Model>(Model{std::move(scene), std::move(tree), std::move(matrices), std::move(density),
+    return std::make_shared<const Model>(Model{std::move(scene), std::move(tree), std::move(materials.matrices), std::move(density),
                                                std::move(surface), std::move(pinned), std::move(unresolved),
                                                std::move(forces), std::move(frame_model), mass, size, has_pins});
 }

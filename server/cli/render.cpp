@@ -178,7 +178,8 @@ int render(const RenderOptions& options) {
         std::shared_ptr<const Model> model;
         {
             ProgressBar bar("");
-            model = build_model(scene, [&bar](const std::string& what, double done) { bar.show(what, done); });
+            model = build_model(
+                scene, [&bar](const std::string& what, double done) { bar.show(what, done); }, options.scene.cache());
         }
         sequence = {.frames = options.frames,
                     .directory = options.directory,

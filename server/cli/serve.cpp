@@ -20,7 +20,7 @@ struct ServeOptions {
 int serve(const ServeOptions& options) {
     Scene scene = options.scene.load();
     WebFiles files = load_web_files(options.web);
-    Session session(std::move(scene), !options.paused);
+    Session session(std::move(scene), !options.paused, options.scene.cache());
     Server server(options.server, std::move(files), session);
     if (options.server.host != "127.0.0.1" && options.server.host != "localhost" && options.server.host != "::1")
         spdlog::warn("anyone who reaches {} can watch and pull: there is no password", options.server.host);

@@ -7,6 +7,7 @@
 #include "server/net/access.hpp"
 #include "server/net/outbox.hpp"
 #include "server/net/web_files.hpp"
+#include "server/session/remaining_time.hpp"
 #include "server/session/session.hpp"
 
 #include <cstdint>
@@ -72,6 +73,7 @@ class Hub {
     std::shared_ptr<const Frame> frame_;
     std::optional<SessionState> state_;
     SharedBytes progress_;
+    RemainingTime remaining_;
     std::string stage_;
 
     std::shared_ptr<const Moment> encoded_;  // of encoded_frame_

@@ -61,7 +61,8 @@ class Session {
     static constexpr std::size_t max_queue = 4096;  // commands that wait for the end of a step
     static constexpr std::size_t max_client_pulls = 16;
 
-    Session(Scene scene, bool playing);
+    /// cache: for build_model; its warnings come on the simulation thread.
+    Session(Scene scene, bool playing, CacheSettings cache = {});
     ~Session();  // stop()
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
@@ -101,6 +102,7 @@ class Session {
     void break_down(const std::string& what);
 
     Scene scene_;
+    CacheSettings cache_;
     Listener listener_;
     std::thread thread_;
 
