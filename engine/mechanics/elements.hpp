@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/pooled.hpp"
 #include "engine/base/simd.hpp"
 #include "engine/base/types.hpp"
 #include "engine/base/voigt.hpp"
@@ -25,8 +26,8 @@ inline const PerTet<double> no_damping;
 
 /// What every tet of the tree is made of. Refers to its parts.
 struct TetMaterials {
-    const PerTet<Sym6>& elasticity;  // [Pa]
-    const PerTet<double>& density;   // [kg/m^3]
+    const PooledPerTet<Sym6>& elasticity;  // [Pa]
+    const PerTet<double>& density;         // [kg/m^3]
     // Rayleigh damping: the force - (mass_damping M + stiffness_damping K) v of each tet. Empty: none.
     const PerTet<double>& mass_damping = no_damping;       // [1/s]
     const PerTet<double>& stiffness_damping = no_damping;  // [s]

@@ -104,9 +104,9 @@ int info(const SceneArguments& arguments, bool coarsening) {
                 static_cast<double>(box[1]), static_cast<double>(box[2]), static_cast<double>(box[3]),
                 static_cast<double>(box[4]), static_cast<double>(box[5]), "xyz"[frame.up]);
     const double tree_memory = static_cast<double>(tree.memory_bytes()) / (1 << 20);
-    const double matrix_memory = mebibytes<Sym6>(model->matrices.elasticity) +
-                                 mebibytes<Sym6>(model->matrices.bracket) +
-                                 mebibytes<std::array<std::array<double, 2>, 6>>(model->matrices.valid_range) +
+    const auto& m = model->matrices;
+    const double matrix_memory = static_cast<double>(m.elasticity.memory_bytes() + m.bracket.memory_bytes() +
+                                                     m.valid_range.memory_bytes()) / (1 << 20) +
                                  mebibytes<double>(model->density) + mebibytes<double>(model->matrices.mass_damping) +
                                  mebibytes<double>(model->matrices.stiffness_damping);
     std::printf("memory     tree %.1f MiB, matrices %.1f MiB\n", tree_memory, matrix_memory);

@@ -103,7 +103,7 @@ void cantilever(std::ostream& out, std::vector<std::pair<std::string, std::map<s
         std::map<std::string, Tip> tips;
         double finest = 0;
         for (std::size_t p = 0; p < problems.size(); ++p) {
-            const PerTet<Sym6> c = estimate_elasticity(tree, leaves, problems[p]).elasticity;
+            const PooledPerTet<Sym6> c = estimate_elasticity(tree, leaves, problems[p]).elasticity;
             const auto tip = [&](int level, int order) {
                 return tip_deflection(tree, solve_static_level(tree, level, order, c, density));
             };

@@ -52,7 +52,7 @@ struct Body {
     }
     const TetTree& tree;
     Front front;
-    PerTet<Sym6> elasticity;
+    PooledPerTet<Sym6> elasticity;
     PerTet<double> density;
     ElementSet elements;
     PerVertex<Vec3> x;
