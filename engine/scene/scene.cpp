@@ -13,7 +13,7 @@ constexpr Range coordinate = coordinate_range;
 constexpr double smallest_extent = 1e-6;         // [m] below it volumes underflow
 
 MeshSpec read_mesh(const JsonValue& value, const std::filesystem::path& directory) {
-    const auto [kind, spec] = value.one_of({"box", "surface", "tets"});
+    const auto [kind, spec] = value.one_of({"box", "surface", "tets", "voxels"});
     if (kind == "box") {
         BoxMeshSpec box;
         const JsonObject o = spec.object({"low", "high", "cells"});
@@ -32,6 +32,19 @@ MeshSpec read_mesh(const JsonValue& value, const std::filesystem::path& director
         tets.file = std::filesystem::absolute(directory / o.required("file").line(4096)).lexically_normal();
         o.read("scale", tets.scale, above(0, 1e6));
         return tets;
+    }
+    if (kind == "voxels") {
+        VoxelMeshSpec voxels;
+        const JsonObject o = spec.object({"file", "scale", "labels", "surface_cell", "target_tets"});
+        voxels.file = std::filesystem::absolute(directory / o.required("file").line(4096)).lexically_normal();
+        o.read("scale", voxels.scale, above(0, 1e6));
+        if (auto labels = o.find("labels")) {
+            for (const JsonValue& label : labels->array()) voxels.labels.insert(label.integer(-2147483647, 2147483647));
+            if (voxels.labels.empty()) labels->fail("is empty; give one label or more", "leave it out for all but 0");
+        }
+        o.read("surface_cell", voxels.surface_cell, above(0, 1e6));
+        o.read("target_tets", voxels.target_tets, 10, 200000);
+        return voxels;
     }
     SurfaceMeshSpec surface;
     const JsonObject o = spec.object({"file", "scale", "target_tets"});
@@ -151,6 +164,8 @@ void check_size(const Scene& scene, const JsonObject& root) {
         roots = 6.0 * box->cells[0] * box->cells[1] * box->cells[2];
     } else if (const auto* surface = std::get_if<SurfaceMeshSpec>(&scene.mesh)) {
         roots = surface->target_tets;
+    } else if (const auto* voxels = std::get_if<VoxelMeshSpec>(&scene.mesh)) {
+        roots = voxels->target_tets;
     }
     const double leaves = roots * std::pow(8, scene.levels);
     if (leaves < max_leaves) return;

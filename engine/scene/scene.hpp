@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -39,7 +40,15 @@ struct TetMeshSpec {
     std::filesystem::path file;     // absolute after loading
     double scale = 1;               // file units -> metres
 };
-using MeshSpec = std::variant<BoxMeshSpec, SurfaceMeshSpec, TetMeshSpec>;
+/// What lies inside of the boundary of some labels of a voxel image.
+struct VoxelMeshSpec {
+    std::filesystem::path file;     // absolute after loading; see read_voxel_image
+    double scale = 1;               // file units -> metres
+    std::set<long long> labels;     // empty: all but 0
+    double surface_cell = 0;        // [m] resolution of the surface; 0: 1/100 of the longest side
+    int target_tets = 1000;         // as for a surface
+};
+using MeshSpec = std::variant<BoxMeshSpec, SurfaceMeshSpec, TetMeshSpec, VoxelMeshSpec>;
 
 /// A constant force spread evenly over the surface vertices in a region.
 struct ForceSpec {

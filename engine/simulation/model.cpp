@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/base/error.hpp"
+#include "engine/material/voxel_surface.hpp"
 #include "engine/mesh/mesh_io.hpp"
 #include "engine/mesh/tet_file.hpp"
 #include "engine/mesh/volume_mesh.hpp"
@@ -22,10 +23,19 @@ struct Shape {
 Shape make_shape(const Scene& scene) {
     if (const auto* box = std::get_if<BoxMeshSpec>(&scene.mesh)) return {box_mesh(box->low, box->high, box->cells), {}};
     if (const auto* tets = std::get_if<TetMeshSpec>(&scene.mesh)) return {read_tet_mesh(tets->file, tets->scale).mesh, {}};
-    const auto& spec = std::get<SurfaceMeshSpec>(scene.mesh);
     Shape shape;
-    shape.surface = read_surface(spec.file, spec.scale).mesh;
-    shape.roots = mesh_volume(shape.surface, {.target_tets = spec.target_tets}).mesh;
+    int target_tets = 0;
+    if (const auto* spec = std::get_if<SurfaceMeshSpec>(&scene.mesh)) {
+        shape.surface = read_surface(spec->file, spec->scale).mesh;
+        target_tets = spec->target_tets;
+    } else {
+        const auto& voxels = std::get<VoxelMeshSpec>(scene.mesh);
+        const VoxelImage image = scaled_image(voxels.file, voxels.scale);
+        const double cell = voxels.surface_cell > 0 ? voxels.surface_cell : voxel_extent(image, voxels.labels) / 100;
+        shape.surface = voxel_surface(image, voxels.labels, cell);
+        target_tets = voxels.target_tets;
+    }
+    shape.roots = mesh_volume(shape.surface, {.target_tets = target_tets}).mesh;
     return shape;
 }
 

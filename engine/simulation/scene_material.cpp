@@ -39,9 +39,7 @@ class Maker {
     std::shared_ptr<const VoxelImage> image(const std::filesystem::path& file, double scale) {
         auto& image = images_[{file, scale}];
         if (!image) {
-            auto read = std::make_shared<VoxelImage>(read_voxel_image(file));
-            read->place(scale * read->origin, scale * read->directions);
-            image = std::move(read);
+            image = std::make_shared<const VoxelImage>(scaled_image(file, scale));
         }
         return image;
     }
@@ -106,6 +104,12 @@ class Maker {
 };
 
 }  // namespace
+
+VoxelImage scaled_image(const std::filesystem::path& file, double scale) {
+    VoxelImage image = read_voxel_image(file);
+    image.place(scale * image.origin, scale * image.directions);
+    return image;
+}
 
 StiffnessFunction make_stiffness(const Scene& scene, const TetMesh& roots) { return Maker(scene, roots).make(); }
 

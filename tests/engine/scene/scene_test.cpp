@@ -156,7 +156,8 @@ TEST(Scene, ErrorsSayWhereWhatAndWhatIsAllowed) {
     EXPECT_EQ(refusal(with(R"("view": {"wireframe": 1})")), "/view/wireframe: is 1; use true or false");
     EXPECT_EQ(
         refusal(R"({"schema_version": 1, "mesh": {"box": {}, "surface": {"file": "a"}}})"),
-        "/mesh: is {\"box\":{},\"surface\":{\"file\":\"a\"}}; use an object with exactly one of the keys box, surface, tets");
+        "/mesh: is {\"box\":{},\"surface\":{\"file\":\"a\"}}; use an object with exactly one of the keys box, surface, tets, "
+        "voxels");
     EXPECT_EQ(
         refusal(with(R"("material": {"young": "soft"})")),
         "/material/young: is \"soft\"; use a number in (0, 1e+15], or an object with the key linear, exponential, voxels or per_tet");

@@ -52,6 +52,7 @@ std::vector<json> full_documents() {
          "damping": {"mass": {"linear": {"axis": "x", "values": [0, 1], "at": [0, 1]}}, "stiffness": {"per_tet": [0.5]}},
          "orthotropic": {"young": [4, 2, 2], "poisson": [0.25, 0.25, 0.25], "shear": [1, 1, 1], "axes": [[1, 1, 0], [0, 0, 1]]}}, {}]}})");
     json labelled = box;
+    labelled["mesh"] = json::parse(R"({"voxels": {"file": "b.inr.gz", "scale": 0.25, "labels": [1, 2], "surface_cell": 0.5, "target_tets": 50}})");
     labelled["material"] = json::parse(R"({"orthotropic": {"young": [4, 2, 2], "poisson": [0.25, 0.25, 0.25], "shear": [1, 1, 1]},
         "scale": {"per_tet": [2]}, "density": {"linear": {"axis": "x", "values": [1, 2], "at": [0, 1]}},
         "damping": {"mass": {"exponential": {"axis": "x", "values": [1, 2], "at": [0, 1]}}, "stiffness": {"voxels": {"file": "a.nrrd"}}},
