@@ -3,6 +3,7 @@
 #include "engine/base/error.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
 #include <string>
@@ -46,7 +47,12 @@ Sym6 orthotropic(const Orthotropic& m) {
         compliance(3 + k, 3 + k) = 1 / m.shear[k];
     }
     const Eigen::LLT<Mat6> cholesky(compliance);
-    if (cholesky.info() != Eigen::Success) {
+    // Scaled to ones on the diagonal, so that it is not the contrast of the axes that counts.
+    const Vec6 scale = compliance.diagonal().cwiseSqrt().cwiseInverse();
+    const double least = Eigen::SelfAdjointEigenSolver<Mat6>(scale.asDiagonal() * compliance * scale.asDiagonal(),
+                                                             Eigen::EigenvaluesOnly)
+                             .eigenvalues()[0];
+    if (cholesky.info() != Eigen::Success || !(least > 1e-6)) {
         throw InputError("", "poisson", "together with young gives a matrix that is not positive definite",
                          "use smaller Poisson's ratios");
     }

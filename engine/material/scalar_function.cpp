@@ -33,7 +33,7 @@ class Gradient : public ScalarFunction {
         if (x[axis_] >= at_[1]) return values_[1];
         const double s = (x[axis_] - at_[0]) / (at_[1] - at_[0]);
         return interpolation_ == Interpolation::linear ? values_[0] + s * (values_[1] - values_[0])
-                                                       : values_[0] * std::pow(values_[1] / values_[0], s);
+                                                       : std::exp((1 - s) * std::log(values_[0]) + s * std::log(values_[1]));
     }
     bool constant_within(const Eigen::AlignedBox3d& box, TetId) const override {
         return constant() || box.max()[axis_] <= at_[0] || box.min()[axis_] >= at_[1];
@@ -101,6 +101,9 @@ class VoxelScalar : public ScalarFunction {
         return image_->one_value_within(box, sampling_ == VoxelSampling::linear ? 1 : 0);
     }
     bool has_jumps() const override { return true; }
+    std::string source(const Vec3& x) const override {
+        return image_->source + ", " + image_->describe(image_->nearest(image_->continuous_index(x)));
+    }
     void hash_into(Hash& hash) const override {
         hash.add("voxels").add(sampling_).add(factor_);
         image_->hash_into(hash);
@@ -135,13 +138,16 @@ Scalar gradient(int axis, const std::array<double, 2>& at, const std::array<doub
 
 Scalar per_root(std::vector<double> values) { return std::make_shared<PerRoot>(std::move(values)); }
 
-Scalar voxel_scalar(std::shared_ptr<const VoxelImage> image, VoxelSampling sampling, double factor) {
+Scalar voxel_scalar(std::shared_ptr<const VoxelImage> image, VoxelSampling sampling, double factor, double least) {
     for (int k = 0; k < image->size[2]; ++k)
         for (int j = 0; j < image->size[1]; ++j)
             for (int i = 0; i < image->size[0]; ++i)
-                if (!std::isfinite(image->at({i, j, k}))) {
-                    throw InputError(image->source, image->describe({i, j, k}), "is not a finite number",
-                                     "fill every voxel with a finite number");
+                if (const double value = image->at({i, j, k}); !std::isfinite(value) || value < least) {
+                    const std::string problem =
+                        std::isfinite(value) ? "is " + std::to_string(value) : "is not a finite number";
+                    throw InputError(image->source, image->describe({i, j, k}), problem,
+                                     least == 0 ? "fill every voxel with a finite number, 0 or above"
+                                                : "fill every voxel with a finite number");
                 }
     return std::make_shared<VoxelScalar>(std::move(image), sampling, factor);
 }

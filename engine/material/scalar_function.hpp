@@ -12,7 +12,9 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <limits>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace tetfront {
@@ -28,6 +30,11 @@ class ScalarFunction {
     [[nodiscard]] virtual bool has_jumps() const { return false; }
     /// True when at() never changes.
     [[nodiscard]] virtual bool constant() const { return false; }
+    /// What gave the value at x, for messages ("e.nrrd, voxel (1, 2, 3)"); empty: nothing worth a name.
+    [[nodiscard]] virtual std::string source(const Vec3& x) const {
+        static_cast<void>(x);
+        return "";
+    }
     /// Everything that at() depends on.
     virtual void hash_into(Hash& hash) const = 0;
 };
@@ -50,7 +57,8 @@ Scalar per_root(std::vector<double> values);
 enum class VoxelSampling { nearest, linear };
 
 /// factor times the image's value at x; positions outside of the image take its border. Throws InputError that names
-/// the first voxel that is not finite.
-Scalar voxel_scalar(std::shared_ptr<const VoxelImage> image, VoxelSampling sampling, double factor = 1);
+/// the first voxel that is not a finite number, or below `least`.
+Scalar voxel_scalar(std::shared_ptr<const VoxelImage> image, VoxelSampling sampling, double factor = 1,
+                    double least = -std::numeric_limits<double>::infinity());
 
 }  // namespace tetfront

@@ -3,18 +3,22 @@
 #include "engine/base/error.hpp"
 
 #include <cmath>
+#include <map>
 #include <sstream>
+#include <string>
 #include <utility>
 
 namespace tetfront {
 
 namespace {
 
-void require(bool holds, const char* what, double value, const Vec3& x, const char* allowed) {
+void require(bool holds, const char* what, const ScalarFunction& source, double value, const Vec3& x,
+             const char* allowed) {
     if (holds) return;
     std::ostringstream where, problem;
     where << what << " at (" << x.transpose() << ')';
     problem << "is " << value;
+    if (const std::string name = source.source(x); !name.empty()) problem << ", from " << name;
     throw InputError("", where.str(), problem.str(), allowed);
 }
 
@@ -23,22 +27,23 @@ Material evaluate(const MaterialFunction& f, const Sym6* orthotropic, const Vec3
     Material m;
     if (orthotropic) {
         const double scale = f.scale->at(x, root);
-        require(scale > 0 && std::isfinite(scale), "scale of the stiffness", scale, x, "must be finite and above 0");
+        require(scale > 0 && std::isfinite(scale), "scale of the stiffness", *f.scale, scale, x, "must be finite and above 0");
         m.elasticity = *orthotropic;
         for (double& entry : m.elasticity.upper) entry *= scale;
     } else {
         const double young = f.young->at(x, root), poisson = f.poisson->at(x, root);
-        require(young > 0 && std::isfinite(young), "Young's modulus", young, x, "must be finite and above 0");
-        require(poisson > -1 && poisson < 0.5, "Poisson's ratio", poisson, x, "must be above -1 and below 0.5");
+        require(young > 0 && std::isfinite(young), "Young's modulus", *f.young, young, x, "must be finite and above 0");
+        require(poisson > -1 && poisson < 0.5, "Poisson's ratio", *f.poisson, poisson, x, "must be above -1 and below 0.5");
         m.elasticity = Sym6::from(isotropic_elasticity(young, poisson));
     }
     m.density = f.density->at(x, root);
     m.mass_damping = f.mass_damping->at(x, root);
     m.stiffness_damping = f.stiffness_damping->at(x, root);
-    require(m.density > 0 && std::isfinite(m.density), "density", m.density, x, "must be finite and above 0");
-    require(m.mass_damping >= 0 && std::isfinite(m.mass_damping), "mass damping", m.mass_damping, x,
+    require(m.density > 0 && std::isfinite(m.density), "density", *f.density, m.density, x, "must be finite and above 0");
+    require(m.mass_damping >= 0 && std::isfinite(m.mass_damping), "mass damping", *f.mass_damping, m.mass_damping, x,
             "must be at least 0");
-    require(m.stiffness_damping >= 0 && std::isfinite(m.stiffness_damping), "stiffness damping", m.stiffness_damping, x,
+    require(m.stiffness_damping >= 0 && std::isfinite(m.stiffness_damping), "stiffness damping",
+            *f.stiffness_damping, m.stiffness_damping, x,
             "must be at least 0");
     return m;
 }
@@ -55,12 +60,17 @@ std::vector<const ScalarFunction*> scalars(const MaterialFunction& f) {
     return list;
 }
 
-/// Sums of what mean_material averages.
+/// Sums of what mean_material averages. Where every sample is the same material the mean is that very material: sums of
+/// rounded parts would make tets that only touch a boundary differ from their neighbours by one bit.
 struct Integral {
     Sym6 elasticity;
     double density = 0, mass_damping = 0, stiffness_damping = 0;
+    std::optional<Material> first = {};
+    bool one_material = true;
 
     void add(const Integral& other, double weight) {
+        one_material = one_material && other.one_material && (!first || *first == *other.first);
+        if (!first) first = other.first;
         for (std::size_t i = 0; i < 21; ++i) elasticity.upper[i] += weight * other.elasticity.upper[i];
         density += weight * other.density;
         mass_damping += weight * other.mass_damping;
@@ -71,10 +81,11 @@ struct Integral {
 double stiffness_of(const Sym6& c) { return c(0, 0) + c(1, 1) + c(2, 2) + 2 * (c(3, 3) + c(4, 4) + c(5, 5)); }
 
 Integral integrand(const Material& m) {
-    return {m.elasticity, m.density, m.density * m.mass_damping, stiffness_of(m.elasticity) * m.stiffness_damping};
+    return {m.elasticity, m.density, m.density * m.mass_damping, stiffness_of(m.elasticity) * m.stiffness_damping, m};
 }
 
 Material mean_of(const Integral& i) {
+    if (i.one_material) return *i.first;
     return {i.elasticity, i.density, i.mass_damping / i.density, i.stiffness_damping / stiffness_of(i.elasticity)};
 }
 
@@ -195,9 +206,18 @@ bool StiffnessFunction::constant_within(const Eigen::AlignedBox3d& box, TetId ro
 void StiffnessFunction::hash_into(Hash& hash) const {
     if (where_) where_->hash_into(hash);
     hash.add(zones_.size());
+    std::map<const ScalarFunction*, std::uint64_t> done;  // zones may share an image of gigabytes
     for (const Zone& zone : zones_) {
         if (zone.orthotropic) hash.add("orthotropic").add_range(zone.orthotropic->upper);
-        for (const ScalarFunction* s : scalars(zone.function)) s->hash_into(hash);
+        for (const ScalarFunction* s : scalars(zone.function)) {
+            const auto [found, is_new] = done.try_emplace(s, 0);
+            if (is_new) {
+                Hash own;
+                s->hash_into(own);
+                found->second = own.value();
+            }
+            hash.add(found->second);
+        }
     }
 }
 

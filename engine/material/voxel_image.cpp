@@ -82,8 +82,9 @@ std::array<int, 3> VoxelImage::nearest(const Vec3& p) const {
 }
 
 bool VoxelImage::contains(const Vec3& p) const {
+    constexpr double rounding = 1e-9;  // an image that just covers an object covers its surface, too
     for (int axis = 0; axis < 3; ++axis)
-        if (!(p[axis] >= -0.5 && p[axis] < size[static_cast<std::size_t>(axis)] - 0.5)) return false;
+        if (!(p[axis] >= -0.5 - rounding && p[axis] <= size[static_cast<std::size_t>(axis)] - 0.5 + rounding)) return false;
     return true;
 }
 
@@ -115,6 +116,10 @@ void VoxelImage::place(const Vec3& new_origin, const Mat3& new_directions) {
     if (!std::isfinite(determinant) || !(std::abs(determinant) > 1e-9 * scale) || !new_origin.allFinite()) {
         throw InputError(source, "voxel directions", "do not span space", "use three independent, finite directions");
     }
+    if (const auto steps = new_directions.colwise().norm(); !(steps.minCoeff() >= 1e-12 && steps.maxCoeff() <= 1e12))
+        throw InputError(source, "voxel directions", "are out of proportion", "use voxels of 1e-12 to 1e12 units");
+    if (!(new_origin.cwiseAbs().maxCoeff() <= 1e9 * new_directions.colwise().norm().maxCoeff()))
+        throw InputError(source, "origin", "is more than 1e9 voxels away", "move the image");
     origin = new_origin;
     directions = new_directions;
     to_index_ = new_directions.inverse();

@@ -23,16 +23,31 @@ namespace {
 constexpr std::size_t most_bytes = std::size_t{1} << 33;
 constexpr const char* supported = "use NRRD with encoding raw or gzip, or INRIMAGE-4 (.inr, .inr.gz)";
 
+/// A directory cannot be read, and opening a pipe waits for somebody to write.
+void check_regular(const std::filesystem::path& file) {
+    std::error_code error;
+    if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
+        throw InputError(file.string(), "", "is no regular file", "name the file of an image");
+}
+
 std::string read_bytes(const std::filesystem::path& file) {
+    check_regular(file);
+    std::error_code error;
     std::ifstream in(file, std::ios::binary);
     if (!in) throw InputError(file.string(), "", "cannot be opened", "check the name and the permissions");
-    std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    const std::uintmax_t size = std::filesystem::file_size(file, error);
+    if (error || size > most_bytes + (1U << 20))
+        throw InputError(file.string(), "", "is larger than 8 GiB", "use a smaller image");
+    std::string bytes(static_cast<std::size_t>(size), '\0');
+    in.read(bytes.data(), static_cast<std::streamsize>(size));
     if (in.bad()) throw InputError(file.string(), "", "cannot be read", "check the disk");
+    bytes.resize(static_cast<std::size_t>(in.gcount()));
     return bytes;
 }
 
-/// Gunzips; at most `limit` bytes.
-std::string inflate(const std::string& file, std::string_view packed, std::size_t limit) {
+/// Gunzips. More than `limit` bytes are an error, or are left out when only the beginning is asked for.
+enum class Part { whole, beginning };
+std::string inflate(const std::string& file, std::string_view packed, std::size_t limit, Part part = Part::whole) {
     z_stream stream{};
     ENSURE(inflateInit2(&stream, 15 + 32) == Z_OK, "zlib");  // 32: gzip or zlib header
     std::string out;
@@ -54,6 +69,10 @@ std::string inflate(const std::string& file, std::string_view packed, std::size_
         if (out.size() > limit || (at_end && status == Z_OK && stream.avail_out == buffer.size())) break;
     }
     inflateEnd(&stream);
+    if (part == Part::beginning) {
+        out.resize(std::min(out.size(), limit));
+        return out;
+    }
     if (out.size() > limit)
         throw InputError(file, "voxel data", "unpacks to more bytes than the header says", "check the file");
     if (status != Z_STREAM_END)
@@ -235,7 +254,8 @@ VoxelImage read_nrrd(const std::filesystem::path& file, const std::string& bytes
     return image;
 }
 
-VoxelImage read_inr(const std::filesystem::path& file, const std::string& bytes) {
+/// packed: the file, when it is gzipped and `bytes` holds no more than its beginning.
+VoxelImage read_inr(const std::filesystem::path& file, std::string bytes, std::string_view packed) {
     const std::size_t end = bytes.find("##}");
     if (end == std::string::npos) throw InputError(file.string(), "header", "has no end '##}'", supported);
     const std::size_t header_size = (end + 3 + 255) / 256 * 256;
@@ -282,6 +302,11 @@ VoxelImage read_inr(const std::filesystem::path& file, const std::string& bytes)
             fields.refuse("cpu", "use decm, alpha, pc (little-endian), sun or sgi (big-endian)");
         }
     }
+    if (!packed.empty()) {
+        std::size_t size = header_size + size_of(image.type);
+        for (int n : image.size) size = header_size + (size - header_size) * static_cast<std::size_t>(n);
+        bytes = inflate(image.source, packed, std::min(size, most_bytes), Part::beginning);
+    }
     take_voxels(image, std::string_view(bytes).substr(std::min(header_size, bytes.size())), order);
     return image;
 }
@@ -289,10 +314,21 @@ VoxelImage read_inr(const std::filesystem::path& file, const std::string& bytes)
 }  // namespace
 
 VoxelImage read_voxel_image(const std::filesystem::path& file) {
+    check_regular(file);
+    std::string head(16, '\0');
+    std::ifstream(file, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
+    // Before gigabytes of something else are read. What cannot be opened is said below.
+    if (head[0] != '\0' && !head.starts_with("\x1f\x8b") && !head.starts_with("NRRD000") && !head.starts_with("#INRIMAGE-4#{"))
+        throw InputError(file.string(), "", "is not an image that can be read", supported);
     std::string bytes = read_bytes(file);
-    if (bytes.starts_with("\x1f\x8b")) bytes = inflate(file.string(), bytes, most_bytes);
+    std::string packed;
+    if (bytes.starts_with("\x1f\x8b")) {
+        packed = std::move(bytes);
+        bytes = inflate(file.string(), packed, std::size_t{1} << 16, Part::beginning);  // the header says how much to expect
+        if (bytes.starts_with("NRRD000")) bytes = inflate(file.string(), packed, most_bytes);
+    }
     if (bytes.starts_with("NRRD000")) return read_nrrd(file, bytes);
-    if (bytes.starts_with("#INRIMAGE-4#{")) return read_inr(file, bytes);
+    if (bytes.starts_with("#INRIMAGE-4#{")) return read_inr(file, std::move(bytes), packed);
     throw InputError(file.string(), "", "is not an image that can be read", supported);
 }
 

@@ -161,19 +161,24 @@ double reach(const std::array<Vec6, 8>& strain, const std::array<StrainRange, 8>
     return largest;
 }
 
+using LinearLaws = std::array<std::array<LinearLaw, 6>, 6>;  // of stress j under strain m
+
 /// Largest deviation of a sample from column m of c over what is allowed, all six stress components.
-double deviation(const Mat6& c, int m, const Sample& sample, const LinearLaw& law) {
+double deviation(const Mat6& c, int m, const Sample& sample, const LinearLaws& laws) {
     double largest = sample.child_reach;
-    for (int j = 0; j < 6; ++j) largest = std::max(largest, law.deviation(sample.alpha, c(j, m), sample.stress[j]));
+    for (int j = 0; j < 6; ++j) {
+        const LinearLaw& law = laws[static_cast<std::size_t>(j)][static_cast<std::size_t>(m)];
+        largest = std::max(largest, law.deviation(sample.alpha, c(j, m), sample.stress[j]));
+    }
     return largest;
 }
 
 /// How far the line holds along samples of growing |alpha|: where the deviation, interpolated, reaches 1; the last
 /// sample when it never does.
-double valid_end(const Mat6& c, int m, const std::vector<Sample>& side, const LinearLaw& law) {
+double valid_end(const Mat6& c, int m, const std::vector<Sample>& side, const LinearLaws& laws) {
     double alpha = 0, before = 0;
     for (const Sample& sample : side) {
-        const double now = deviation(c, m, sample, law);
+        const double now = deviation(c, m, sample, laws);
         if (!(now < 1)) return alpha + (sample.alpha - alpha) * (1 - before) / (now - before);
         alpha = sample.alpha;
         before = now;
@@ -190,7 +195,13 @@ SampledCell sample(const ModeTable<Modes>& modes, const Sym6& tangent_matrix,
     for (const Sym6& c : children) stiffness += c.matrix().trace() / 48;
     const C cell(modes, gradients, children, stiffness);
     const Mat6 tangent = tangent_matrix.matrix() / stiffness;
-    const LinearLaw law{settings.relative_tolerance, settings.stress_tolerance * tangent.trace() / 6};
+    // T2 of each pair in units of its own stiffnesses: one number for all would swallow the shear of nearly
+    // incompressible material, whose bulk stiffness is many times larger.
+    LinearLaws laws;
+    for (int j = 0; j < 6; ++j)
+        for (int k = 0; k < 6; ++k)
+            laws[static_cast<std::size_t>(j)][static_cast<std::size_t>(k)] = {
+                settings.relative_tolerance, settings.stress_tolerance * std::sqrt(tangent(j, j) * tangent(k, k))};
 
     typename C::State rest;
     cell.evaluate(Mat3::Identity(), C::Vector::Zero(), rest);
@@ -224,7 +235,7 @@ SampledCell sample(const ModeTable<Modes>& modes, const Sym6& tangent_matrix,
                 slope_before = q / alpha;
                 alpha_before = alpha;
                 // Far off the tangent: farther samples could only be outliers of the fit.
-                if (deviation(tangent, m, list.back(), law) > 4) break;
+                if (deviation(tangent, m, list.back(), laws) > 4) break;
             }
         }
     }
@@ -241,7 +252,7 @@ SampledCell sample(const ModeTable<Modes>& modes, const Sym6& tangent_matrix,
                     alphas.push_back(s.alpha);
                     stresses.push_back(s.stress[j]);
                 }
-            if (!alphas.empty()) fitted(j, m) = fit_slope(alphas, stresses, law);
+            if (!alphas.empty()) fitted(j, m) = fit_slope(alphas, stresses, laws[static_cast<std::size_t>(j)][static_cast<std::size_t>(m)]);
         }
     }
     fitted = (0.5 * (fitted + fitted.transpose())).eval();
@@ -252,7 +263,7 @@ SampledCell sample(const ModeTable<Modes>& modes, const Sym6& tangent_matrix,
     result.residual = (fitted - tangent).cwiseAbs().maxCoeff() / tangent.norm();
     for (std::size_t m = 0; m < 6; ++m)
         for (std::size_t side = 0; side < 2; ++side)
-            result.valid_range[m][side] = valid_end(fitted, static_cast<int>(m), samples[m][side], law);
+            result.valid_range[m][side] = valid_end(fitted, static_cast<int>(m), samples[m][side], laws);
     result.elasticity = Sym6::from(stiffness * fitted);
     return result;
 }

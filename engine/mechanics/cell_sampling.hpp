@@ -36,7 +36,7 @@ struct SamplingSettings {
     /// Magnitudes of the Green strains that are sampled on both sides, ascending, in (0, 0.49).
     std::vector<double> alphas = {0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32};
     double relative_tolerance = 1e-2;  // T1 of (4)
-    double stress_tolerance = 1e-4;    // T2 of (5), in units of the tet's mean diagonal stiffness
+    double stress_tolerance = 1e-4;    // T2 of (5), in units of sqrt(C_jj C_mm) for stress j and strain m
 };
 
 struct SampledCell {

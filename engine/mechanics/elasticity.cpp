@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
+#include <sstream>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -28,6 +30,23 @@ void validate(const SamplingSettings& s) {
         if (!(tolerance > 0 && tolerance < 1))
             throw InputError("", "tolerance", "is " + std::to_string(tolerance), "use a number in (0, 1)");
     }
+}
+
+/// Beyond it the cell problems of doubles lose their definiteness.
+constexpr double largest_contrast = 1e12;
+
+void validate(const LeafMaterials& leaves) {
+    double least = std::numeric_limits<double>::infinity(), most = 0;
+    for (const Sym6& c : leaves.elasticity) {
+        for (int i = 0; i < 6; ++i) {
+            least = std::min(least, c(i, i));
+            most = std::max(most, c(i, i));
+        }
+    }
+    if (most <= largest_contrast * least) return;
+    std::ostringstream text;
+    text << "goes from " << least << " to " << most << " Pa";
+    throw InputError("", "stiffness", text.str(), "use materials whose stiffnesses differ by at most 1e12");
 }
 
 /// The bottom-up pass over one tree. Matrices are kept once each in a pool, and tets hold their numbers: "all children
@@ -160,7 +179,11 @@ class Estimation {
         LevelReport summary;
         summary.level = level;
         summary.tets = static_cast<std::int64_t>(tree_.tet_count(level));
-        std::vector<Work> work;
+        struct Parent {
+            TetId t;
+            bool estimate, bounds;
+        };
+        std::vector<Parent> parents;
         for (TetId t : tree_.level(level)) {
             const Numbers* child = children(t, level);
             bool alike = settings_.problem != CellProblem::isolated, bounds_meet = true, same_range = true;
@@ -172,16 +195,20 @@ class Estimation {
             numbers_[t] = child[0];  // what is not alike is replaced below
             summary.uniform += alike;
             if (alike && !same_range) numbers_[t].range = add(common_range(child));
-            if (!alike || !bounds_meet) work.push_back({t, !alike, !bounds_meet, {}, {}, {}});
+            if (!alike || !bounds_meet) parents.push_back({t, !alike, !bounds_meet});
         }
         constexpr std::size_t batch = 4096;
-        for (std::size_t done = 0; done < work.size(); done += batch) {
-            parallel_for(std::min(batch, work.size() - done), 16, [&](std::size_t begin, std::size_t end) {
-                for (std::size_t i = begin; i < end; ++i) compute(work[done + i], level);
+        std::vector<Work> work;
+        for (std::size_t done = 0; done < parents.size(); done += batch) {
+            work.clear();
+            for (std::size_t i = done; i < std::min(done + batch, parents.size()); ++i)
+                work.push_back({parents[i].t, parents[i].estimate, parents[i].bounds, {}, {}, {}});
+            parallel_for(work.size(), 16, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) compute(work[i], level);
             });
-            report(static_cast<double>(std::min(done + batch, work.size())) / static_cast<double>(work.size()));
+            for (const Work& w : work) store(w, summary);
+            report(static_cast<double>(std::min(done + batch, parents.size())) / static_cast<double>(parents.size()));
         }
-        for (const Work& w : work) store(w, summary);
 
         for (TetId t : tree_.level(level)) {
             const auto trace = [&](Number n) { return pool_[n].matrix().trace(); };
@@ -245,6 +272,7 @@ ElasticityMatrices estimate_elasticity(const TetTree& tree, const LeafMaterials&
                                        const EstimationSettings& settings, const EstimationProgress& progress) {
     ENSURE(leaves.elasticity.size() == tree.tet_count(tree.depth()), leaves.elasticity.size());
     if (settings.sampling) validate(*settings.sampling);
+    validate(leaves);
     const bool uniform = std::all_of(leaves.elasticity.begin(), leaves.elasticity.end(),
                                      [&](const Sym6& leaf) { return leaf == leaves.elasticity.front(); });
     ElasticityMatrices matrices;

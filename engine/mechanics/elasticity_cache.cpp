@@ -24,7 +24,7 @@ namespace tetfront {
 namespace {
 
 /// Bump whenever the layout below or any result changes.
-constexpr std::uint64_t format_version = 2;
+constexpr std::uint64_t format_version = 3;
 constexpr std::array<char, 8> magic = {'t', 'e', 't', 'f', 'r', 'C', '\r', '\n'};
 
 struct Header {
@@ -189,7 +189,7 @@ class File {
     /// Everything from here to the end.
     [[nodiscard]] std::optional<std::string> read_all() const {
         struct stat status {};
-        if (::fstat(descriptor_, &status) != 0 || status.st_size < 0) return std::nullopt;
+        if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) return std::nullopt;
         std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
         std::size_t done = 0;
         while (done < bytes.size()) {
@@ -213,7 +213,7 @@ struct Found {
 };
 
 Found load(const std::filesystem::path& path, std::uint64_t key, std::size_t tets) {
-    const File file(path, O_RDONLY);
+    const File file(path, O_RDONLY | O_NONBLOCK);  // a pipe of that name would make us wait for a writer
     if (!file.open()) return {{}, errno == ENOENT ? "" : std::string("cannot be opened: ") + std::strerror(errno)};
     const std::optional<std::string> bytes = file.read_all();
     if (!bytes) return {{}, std::string("cannot be read: ") + std::strerror(errno)};
@@ -288,9 +288,9 @@ std::filesystem::path cache_file(const TetTree& tree, const StiffnessFunction& f
 
 CoarseMaterials coarse_materials(const TetTree& tree, const StiffnessFunction& function,
                                  const EstimationSettings& settings, const CacheSettings& cache,
-                                 const EstimationProgress& progress) {
-    const auto report = [&](double fraction) {
-        if (progress) progress(fraction);
+                                 const StageProgress& progress) {
+    const auto report = [&](const char* stage, double fraction) {
+        if (progress) progress(stage, fraction);
     };
     const auto warn = [&](const std::string& line) {
         if (cache.warn) cache.warn(line);
@@ -301,15 +301,16 @@ CoarseMaterials coarse_materials(const TetTree& tree, const StiffnessFunction& f
     if (!path.empty()) {
         Found found = load(path, key, tree.tet_count());
         if (found.materials) {
-            report(1);
+            report("reading elasticity matrices", 1);
             return std::move(*found.materials);
         }
         if (!found.problem.empty()) warn("cache file " + path.string() + " " + found.problem + "; computing it again");
     }
-    // Integration and estimation each take about half of the bar.
-    const LeafMaterials leaves = integrate_leaves(tree, function, [&](double f) { report(f / 2); });
+    const LeafMaterials leaves =
+        integrate_leaves(tree, function, [&](double f) { report("integrating the material", f); });
     CoarseMaterials materials;
-    materials.matrices = estimate_elasticity(tree, leaves, settings, [&](double f) { report(0.5 + f / 2); });
+    materials.matrices = estimate_elasticity(
+        tree, leaves, settings, [&](double f) { report("estimating elasticity matrices", f); });
     materials.density = coarse_density(tree, leaves);
     if (!path.empty()) {
         const std::string problem = save(path, key, materials);

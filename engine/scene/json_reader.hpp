@@ -47,6 +47,7 @@ class JsonValue {
     /// that set this value, a part of it or what it is part of.
     [[noreturn]] void fail(const std::string& problem, const std::string& remedy) const;
 
+    [[nodiscard]] const std::string& pointer() const { return pointer_; }
     [[nodiscard]] bool is_number() const { return json_->is_number(); }
     [[nodiscard]] bool is_object() const { return json_->is_object(); }
     /// JSON text for a message, cut to 40 bytes.

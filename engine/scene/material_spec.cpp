@@ -57,7 +57,7 @@ ScalarSpec read_scalar(const JsonValue& value, const Range& range, const std::fi
     const auto [kind, spec] = value.one_of({"linear", "exponential", "voxels", "per_tet"});
     if (kind == "voxels") return read_voxels(spec, directory);
     if (kind == "per_tet") {
-        PerTetSpec list;
+        PerTetSpec list{.values = {}, .pointer = spec.pointer()};
         for (const JsonValue& each : spec.array()) list.values.push_back(each.number(range));
         if (list.values.empty()) spec.fail("is empty", "give one value for each tet of the coarsest level");
         return list;

@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -36,6 +37,7 @@ struct VoxelsSpec {
 /// One value for each tet of the coarsest level.
 struct PerTetSpec {
     std::vector<double> values;
+    std::string pointer;  // where it stands in the scene
 };
 using ScalarSpec = std::variant<double, GradientSpec, VoxelsSpec, PerTetSpec>;
 

@@ -65,7 +65,7 @@ struct EstimationSpec {
     bool sampled = true;
     std::vector<double> alphas = {0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32};  // ascending, in (0, 0.49)
     double relative_tolerance = 1e-2;  // T1 of [Imai] (4)
-    double stress_tolerance = 1e-4;    // T2 of (5), relative to the tet's stiffness
+    double stress_tolerance = 1e-4;    // T2 of (5), relative to sqrt(C_jj C_mm)
 };
 enum class Scheme { backward_euler, midpoint };
 

@@ -1,6 +1,7 @@
 // From a scene to everything that stays constant while it is simulated.
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "engine/base/error.hpp"
 #include "engine/material/voxel_surface.hpp"
@@ -32,21 +33,39 @@ Shape make_shape(const Scene& scene) {
         const auto& voxels = std::get<VoxelMeshSpec>(scene.mesh);
         const VoxelImage image = scaled_image(voxels.file, voxels.scale);
         const double cell = voxels.surface_cell > 0 ? voxels.surface_cell : voxel_extent(image, voxels.labels) / 100;
-        shape.surface = voxel_surface(image, voxels.labels, cell);
+        try {
+            shape.surface = voxel_surface(image, voxels.labels, cell);
+        } catch (const InputError& error) {
+            if (!error.file.empty()) throw;
+            throw InputError(scene.file.string(), "/mesh/voxels/surface_cell", error.problem, error.remedy);
+        }
         target_tets = voxels.target_tets;
     }
     shape.roots = mesh_volume(shape.surface, {.target_tets = target_tets}).mesh;
     return shape;
 }
 
-/// A box and a surface say their size in the scene; a file of tets does when it has been read.
+/// Scenes are held against this where they say their size; only the mesh itself knows it for sure.
 void check_size(const Scene& scene, const TetMesh& roots) {
     const double leaves = static_cast<double>(roots.corners.size()) * std::pow(8, scene.levels);
-    if (leaves < max_leaves || !std::holds_alternative<TetMeshSpec>(scene.mesh)) return;
+    if (leaves < max_leaves) return;
     throw InputError(scene.file.string(), "/levels",
                      "makes " + std::to_string(static_cast<long long>(leaves)) + " tets of the " +
-                         std::to_string(roots.corners.size()) + " in the file",
+                         std::to_string(roots.corners.size()) + " of the mesh",
                      "use fewer levels: the finest level must have less than 16777216 tets");
+}
+
+/// Scenes bound their numbers; files of meshes and images do not.
+void check_place(const Scene& scene, const TetMesh& roots) {
+    Eigen::AlignedBox3d box;
+    for (const Vec3& p : roots.positions) box.extend(p);
+    const double reach = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+    const double extent = box.sizes().maxCoeff();
+    if (reach <= coordinate_range.high && extent >= 1e-6 && reach <= 1e9 * extent) return;
+    std::ostringstream text;
+    text << "makes an object of " << extent << " m that reaches " << reach << " m from the origin";
+    throw InputError(scene.file.string(), "/mesh", text.str(),
+                     "scale and move it: use 1e-6 m to 1e6 m, and no farther away than 1e9 times its size");
 }
 
 /// The leaves' outer faces: as smooth as the simulation can be.
@@ -101,7 +120,8 @@ std::vector<AttachedForce> attach_forces(const Scene& scene, const Surface& surf
 }
 
 std::shared_ptr<const FrameModel> make_frame_model(const Scene& scene, const TetTree& tree, const Surface& surface,
-                                                   const StiffnessFunction& stiffness) {
+                                                   const StiffnessFunction& stiffness,
+                                                   const ElasticityMatrices& matrices) {
     auto model = std::make_shared<FrameModel>();
     for (const auto& t : surface.mesh.triangles)
         model->triangles.push_back({static_cast<std::uint32_t>(t[0]), static_cast<std::uint32_t>(t[1]), static_cast<std::uint32_t>(t[2])});
@@ -111,7 +131,14 @@ std::shared_ptr<const FrameModel> make_frame_model(const Scene& scene, const Tet
         box.extend(p);
         TetId root = surface.attachment[i].leaf;
         while (!tree.is_root(root)) root = tree.parent(root);
-        model->young.push_back(static_cast<float>(representative_young(stiffness.at(p, root).elasticity)));
+        // Where the material is not defined, which is nothing to complain of beside the tets, the nearest leaf's colour.
+        double young = 0;
+        try {
+            young = representative_young(stiffness.at(p, root).elasticity);
+        } catch (const InputError&) {
+            young = representative_young(matrices.elasticity[surface.attachment[i].leaf]);
+        }
+        model->young.push_back(static_cast<float>(young));
     }
     const auto [low, high] = std::ranges::minmax_element(model->young);
     model->young_range = {*low, *high};
@@ -137,6 +164,7 @@ std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress, 
     report("meshing", 0);
     Shape shape = make_shape(scene);
     check_size(scene, shape.roots);
+    check_place(scene, shape.roots);
     report("subdividing", 0);
     const StiffnessFunction stiffness = make_stiffness(scene, shape.roots);
     TetTree tree(std::move(shape.roots), scene.levels);
@@ -147,8 +175,7 @@ std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress, 
     const Eigen::AlignedBox3d box = bounds(tree);
     CoarseMaterials materials;
     try {
-        materials = coarse_materials(tree, stiffness, estimation_settings(scene.estimation), cache,
-                                     [&](double f) { report("estimating elasticity matrices", f); });
+        materials = coarse_materials(tree, stiffness, estimation_settings(scene.estimation), cache, report);
     } catch (const InputError& error) {
         if (!error.file.empty()) throw;
         throw InputError(scene.file.string(), "/material: " + error.where, error.problem, error.remedy);
@@ -168,7 +195,7 @@ std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress, 
 
     auto forces = attach_forces(scene, surface);  // before vertices are doubled
     surface = split_creases(std::move(surface), crease_angle);
-    auto frame_model = make_frame_model(scene, tree, surface, stiffness);
+    auto frame_model = make_frame_model(scene, tree, surface, stiffness, materials.matrices);
     auto unresolved = find_unresolved(tree, pinned);
     const double size = box.sizes().maxCoeff();
     report("ready", 1);

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace tetfront {
@@ -32,8 +33,8 @@ class Maker {
     }
 
  private:
-    [[noreturn]] void fail(const std::string& where, const std::string& problem, const std::string& remedy) const {
-        throw InputError(scene_.file.string(), "/material" + where, problem, remedy);
+    [[noreturn]] void fail(const std::string& pointer, const std::string& problem, const std::string& remedy) const {
+        throw InputError(scene_.file.string(), pointer, problem, remedy);
     }
 
     std::shared_ptr<const VoxelImage> image(const std::filesystem::path& file, double scale) {
@@ -51,10 +52,14 @@ class Maker {
                            const std::array extent = {box_.min()[g.axis], box_.max()[g.axis]};
                            return gradient(g.axis, g.at.value_or(extent), g.values, g.interpolation);
                        },
-                       [&](const VoxelsSpec& v) { return voxel_scalar(image(v.file, v.scale), v.sampling, v.factor); },
+                       [&](const VoxelsSpec& v) {
+                           auto& made = voxels_[{v.file, v.scale, v.factor, v.sampling}];
+                           if (!made) made = voxel_scalar(image(v.file, v.scale), v.sampling, v.factor, 0);
+                           return made;
+                       },
                        [&](const PerTetSpec& list) {
                            if (list.values.size() != roots_.corners.size())
-                               fail("", "has a list per_tet of " + std::to_string(list.values.size()) + " values",
+                               fail(list.pointer, "has " + std::to_string(list.values.size()) + " values",
                                     "the coarsest level has " + std::to_string(roots_.corners.size()) +
                                         " tets: give one value for each");
                            return per_root(list.values);
@@ -90,7 +95,7 @@ class Maker {
             const int region = roots_.region.empty() ? 0 : roots_.region[TetId(static_cast<std::int64_t>(t))];
             const auto found = spec.zone_of_region.find(region);
             if (found == spec.zone_of_region.end() && !spec.otherwise)
-                fail("/regions/materials", "has none for region " + std::to_string(region) + " of tet " + std::to_string(t),
+                fail("/material/regions/materials", "has none for region " + std::to_string(region) + " of tet " + std::to_string(t),
                      "name that region, or give `otherwise`");
             zone_of_root.push_back(found == spec.zone_of_region.end() ? *spec.otherwise : found->second);
         }
@@ -101,6 +106,7 @@ class Maker {
     const TetMesh& roots_;
     Eigen::AlignedBox3d box_;
     std::map<std::pair<std::filesystem::path, double>, std::shared_ptr<const VoxelImage>> images_;
+    std::map<std::tuple<std::filesystem::path, double, double, VoxelSampling>, Scalar> voxels_;
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "server/cli/commands.hpp"
 
 #include <cerrno>
+#include <filesystem>
 #include <string>
 #include <system_error>
 
@@ -21,7 +22,16 @@ namespace {
 class TemporaryFile {
  public:
     explicit TemporaryFile(const std::filesystem::path& target) : target_(target), name_(target.string() + ".XXXXXX") {
-        if (std::filesystem::is_directory(target)) fail(target, EISDIR);
+        std::error_code error;
+        const std::filesystem::file_status status = std::filesystem::status(target, error);
+        if (std::filesystem::is_directory(status)) fail(target, EISDIR);
+        // A rename would replace a device or a pipe by a file: as root also /dev/null.
+        if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) fail(target, EINVAL);
+        if (std::filesystem::is_symlink(target, error)) {  // keep the link, replace what it names
+            target_ = std::filesystem::weakly_canonical(target, error);
+            if (error) fail(target, error.value());
+            name_ = target_.string() + ".XXXXXX";
+        }
         descriptor_ = mkstemp(name_.data());
         if (descriptor_ < 0) fail(target, errno);
     }

@@ -9,7 +9,7 @@
 
 namespace tetfront {
 
-/// Throws OutputError when a file of this name could not be written.
+/// Throws OutputError when a file of this name could not be written, or is a device or a pipe.
 void check_writable(const std::filesystem::path& file);
 
 /// Throws OutputError; then an old file of this name is still whole.

@@ -57,6 +57,9 @@ struct SceneArguments {
     [[nodiscard]] CacheSettings cache() const;
 };
 
+/// Throws InputError when writing to `output` would replace `input`.
+void check_not_same(const std::string& output, const std::string& input);
+
 /// "front.tolerance=0.01" or "/front/tolerance=0.01" -> {"/front/tolerance", "0.01"}. A value that is not JSON is a
 /// string: view.colouring=stiffness. Throws InputError for text without `=` or path.
 Override parse_setting(const std::string& setting);

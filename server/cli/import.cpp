@@ -40,8 +40,14 @@ struct Content {
     std::size_t tets = 0;       // of a tet mesh
 };
 
+/// UTF-8: what a JSON string can hold.
+bool is_text(const std::string& bytes) {
+    return Json::accept(Json(bytes).dump(-1, ' ', false, Json::error_handler_t::ignore)) &&
+           Json::parse(Json(bytes).dump(-1, ' ', false, Json::error_handler_t::ignore)).get<std::string>() == bytes;
+}
+
 bool is_voxel_file(const std::string& file) {
-    return std::ranges::any_of(std::array{".nrrd", ".inr", ".inr.gz"}, [&](const char* end) { return file.ends_with(end); });
+    return std::ranges::any_of(std::array{".nrrd", ".nhdr", ".inr", ".inr.gz"}, [&](const char* end) { return file.ends_with(end); });
 }
 
 Content read_content(const std::string& file) {
@@ -83,6 +89,14 @@ double rounded(double value) {
     return std::round(value / unit) * unit;
 }
 
+/// As build_model will.
+void check_size(const ImportOptions& options, const Content& content, double scale) {
+    const double reach = scale * std::max(content.box.min().cwiseAbs().maxCoeff(), content.box.max().cwiseAbs().maxCoeff());
+    if (!(reach <= coordinate_range.high) || !(scale * content.box.sizes().minCoeff() > 0))
+        throw InputError(options.file, "", "reaches " + std::to_string(reach) + " m from the origin, or is flat",
+                         "use --scale so that it lies within 1e6 m, or move it");
+}
+
 Json first_scene(const ImportOptions& options, const Content& content, double scale, int up) {
     const std::filesystem::path file = std::filesystem::absolute(options.file).lexically_normal();
     const std::filesystem::path folder = std::filesystem::absolute(options.scene).lexically_normal().parent_path();
@@ -118,18 +132,27 @@ Json first_scene(const ImportOptions& options, const Content& content, double sc
 }
 
 int import(const ImportOptions& options) {
-    if (!options.force && std::filesystem::exists(options.scene))
+    if (std::isnan(options.scale)) throw InputError("--scale", "", "is not a number", "use 1e-9 to 1e6");
+    std::error_code unknown;  // check_writable says it better
+    if (!options.force && std::filesystem::exists(options.scene, unknown))
         throw InputError(options.scene, "", "exists already", "choose another name, or use --force to replace it");
+    check_not_same(options.scene, options.file);
     check_writable(options.scene);
+    if (!is_text(options.file))
+        throw InputError(options.file, "", "has a name that is not UTF-8, which JSON cannot hold", "rename it");
     const Content content = read_content(options.file);
     const double extent = content.box.sizes().maxCoeff();
     const double scale = options.scale > 0 ? options.scale : guess_scale(extent);
     // Models of graphics stand along y, those of engineering and medicine along z.
     const bool graphics = content.kind == "surface" && !options.file.ends_with(".stl") && !options.file.ends_with(".STL");
     const int up = options.up.empty() ? (graphics ? 1 : 2) : options.up[0] - 'x';
+    if (static_cast<double>(content.tets) * std::pow(8, options.levels) >= max_leaves)
+        throw InputError(options.file, "", "has " + std::to_string(content.tets) + " tets, too many for " +
+                             std::to_string(options.levels) + " levels", "use --levels with a smaller number");
     const Json scene = first_scene(options, content, scale, up);
     const std::string text = scene.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
     // What is written can be read.
+    check_size(options, content, scale);
     static_cast<void>(parse_scene(text, options.scene, std::filesystem::absolute(options.scene).parent_path()));
     write_atomically(options.scene, text);
 

@@ -204,7 +204,10 @@ Json model_json(const Model& model) {
 
 int run(const RunOptions& options) {
     const Scene scene = options.scene.load();
-    if (!options.report.empty()) check_writable(options.report);  // before the work, not after it
+    if (!options.report.empty()) {
+        check_not_same(options.report, options.scene.file);
+        check_writable(options.report);  // before the work, not after it
+    }
     std::vector<int> orders;
     for (const std::string& name : options.compare) orders.push_back(comparison_order(name, scene.front.order));
 

@@ -2,6 +2,7 @@
 #include "server/cli/commands.hpp"
 
 #include <algorithm>
+#include <filesystem>
 
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
@@ -35,6 +36,12 @@ Scene SceneArguments::load() const {
     std::vector<Override> overrides;
     for (const std::string& setting : settings) overrides.push_back(parse_setting(setting));
     return load_scene(file, overrides);
+}
+
+void check_not_same(const std::string& output, const std::string& input) {
+    std::error_code error;  // a file that does not exist is no other one
+    if (std::filesystem::equivalent(output, input, error))
+        throw InputError(output, "", "is the file that is read", "write to another one");
 }
 
 Override parse_setting(const std::string& setting) {

@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/error.hpp"
+
 namespace tetfront {
 namespace {
 
@@ -185,6 +187,16 @@ TEST(Elasticity, StiffLeavesDoNotReachIntoUniformSubtrees) {
         }
     }
     EXPECT_EQ(uniform, static_cast<int>(tree.tet_count()));  // the jump runs between roots
+}
+
+TEST(Elasticity, RefusesContrastsThatDoublesCannotHold) {
+    const TetTree tree(box_mesh({0, 0, 0}, {1, 1, 1}, {1, 1, 1}), 1);
+    const auto estimate = [&](double soft) {
+        const StiffnessFunction f(layers(0, {0.5}), {{.young = constant(1)}, {.young = constant(soft)}});
+        return estimate_elasticity(tree, integrate_leaves(tree, f), CellProblem::mean_strain);
+    };
+    EXPECT_NO_THROW(estimate(1e-11));
+    EXPECT_THROW(estimate(1e-13), InputError);
 }
 
 TEST(Elasticity, ContrastOfAMillionAndNearlyIncompressibleStayPositiveDefinite) {

@@ -100,14 +100,43 @@ TEST_F(SceneMaterial, TroubleIsNamedByFileAndPlace) {
               std::string::npos);
     write_image("negative.nrrd", {1, -1});
     const std::string negative = refusal(scene(R"({"young": {"voxels": {"file": "negative.nrrd", "scale": 0.001}}})"));
-    EXPECT_NE(negative.find("scene.json: /material: "), std::string::npos) << negative;
+    EXPECT_NE(negative.find("negative.nrrd: voxel (1, 0, 0): is -1"), std::string::npos) << negative;
+    write_image("zero.nrrd", {1, 0});
+    const std::string zero = refusal(scene(R"({"young": {"voxels": {"file": "zero.nrrd", "scale": 0.001, "sampling": "nearest"}}})"));
+    EXPECT_NE(zero.find("scene.json: /material: Young's modulus at ("), std::string::npos) << zero;
+    EXPECT_NE(zero.find("zero.nrrd, voxel (1, 0, 0)"), std::string::npos) << zero;
+    EXPECT_NE(refusal(scene(R"({"layers": {"axis": "x", "boundaries": [1], "materials": [{}, {"young": {"per_tet": [1]}}]}})"))
+                  .find("scene.json: /material/layers/materials/1/young/per_tet: has 1 values"),
+              std::string::npos);
+    EXPECT_NE(refusal(scene(R"({"young": {"voxels": {"file": ".", "scale": 0.001}}})")).find("is no regular file"),
+              std::string::npos);
     EXPECT_NE(refusal(scene(R"({"labels": {"file": "none.nrrd", "materials": [{"labels": [1], "material": {}}]}})"))
                   .find("none.nrrd: cannot be opened"),
               std::string::npos);
-    EXPECT_NE(refusal(scene(R"({"young": {"per_tet": [1, 2]}})")).find("the coarsest level has 12 tets"),
+    EXPECT_NE(refusal(scene(R"({"young": {"per_tet": [1, 2]}})")).find("/material/young/per_tet: has 2 values; the coarsest level has 12 tets"),
               std::string::npos);
     EXPECT_NE(refusal(scene(R"({"regions": {"materials": [{"regions": [4], "material": {}}]}})")).find("region 0 of tet 0"),
               std::string::npos);
+}
+
+/// An image that just covers the object covers its surface, too.
+TEST_F(SceneMaterial, LabelsMayEndWhereTheObjectDoes) {
+    write_image("all.nrrd", {1, 2});
+    const auto model = build_model(scene(R"({"labels": {"file": "all.nrrd", "scale": 0.001,
+        "materials": [{"labels": [1], "material": {"young": 1e4}}, {"labels": [2], "material": {"young": 1e6}}]}})"));
+    EXPECT_NEAR(model->frame_model->young_range[0], 1e4F, 1);
+    EXPECT_NEAR(model->frame_model->young_range[1], 1e6F, 1);
+}
+
+/// Tets that only touch a boundary must not differ by a rounding error: that would sample and bracket them.
+TEST_F(SceneMaterial, BoundariesBetweenTetsLeaveEachSideUniform) {
+    for (const char* second : {"{}", R"({"young": 1e6})"}) {
+        const auto model = build_model(scene(R"({"young": 1e5, "layers": {"axis": "x", "boundaries": [1],
+                                                 "materials": [{}, )" + std::string(second) + "]}}"));
+        EXPECT_LE(model->matrices.elasticity.values().size(), 2U);
+        EXPECT_TRUE(model->matrices.valid_range.empty());
+        EXPECT_TRUE(model->matrices.bracket.empty());
+    }
 }
 
 TEST_F(SceneMaterial, EachTetOfTheCoarsestLevelHasItsValue) {

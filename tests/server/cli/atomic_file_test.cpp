@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 namespace tetfront {
 namespace {
@@ -25,6 +26,20 @@ TEST(AtomicFile, ReplacesTheOldFileAndLeavesNothingElse) {
     write_atomically(file, bytes);
     EXPECT_EQ(read(file), bytes);
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+}
+
+TEST(AtomicFile, KeepsLinksAndRefusesPipes) {
+    const TemporaryFolder folder;
+    const auto target = folder.write("target.txt", "old");
+    const auto link = folder.path() / "link.txt", pipe = folder.path() / "pipe";
+    std::filesystem::create_symlink("target.txt", link);
+    write_atomically(link, "new");
+    EXPECT_TRUE(std::filesystem::is_symlink(link));
+    EXPECT_EQ(read(target), "new");
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_THROW(check_writable(pipe), OutputError);
+    EXPECT_THROW(write_atomically(pipe, "x"), OutputError);
+    EXPECT_TRUE(std::filesystem::is_fifo(pipe));
 }
 
 TEST(AtomicFile, FailuresAreOutputErrors) {
