@@ -178,13 +178,13 @@ void Adaptivity::measure_order(const Front& front, const ElementSet& elements, c
 }
 
 void Adaptivity::measure(const Front& front, const ElementSet& elements, const PerVertex<Vec3>& x, double seconds,
-                         const AdaptivitySettings& settings) {
+                         double kinetic, const AdaptivitySettings& settings) {
     if (front.order() == 1) {
         measure_order<1>(front, elements, x, settings.bracket_weight);
     } else {
         measure_order<2>(front, elements, x, settings.bracket_weight);
     }
-    reference_energy_ = std::max({2 * elements.energy(), reference_energy_ * std::exp(-seconds / settings.memory), settings.energy_floor});
+    reference_energy_ = std::max({2 * (elements.energy() + kinetic), reference_energy_ * std::exp(-seconds / settings.memory), settings.energy_floor});
     estimate_ = reference_energy_ > 0 ? eta2_total_ / reference_energy_ : 0;
 }
 

@@ -15,7 +15,7 @@
 // The valid strain range of [Imai] eq. (6) splits a tet whatever its indicator, and forbids the merge into it.
 //
 //     Adaptivity adaptivity(matrices, unresolved);
-//     adaptivity.measure(front, elements, x, dt, settings);   // after elements.evaluate at x
+//     adaptivity.measure(front, elements, x, dt, kinetic, settings);   // after elements.evaluate at x
 //     auto [splits, merges] = adaptivity.adapt(front, step, settings);
 //     adaptivity.rest(front.commit().activated, step, settings);
 
@@ -51,8 +51,9 @@ class Adaptivity {
         : matrices_(&matrices), unresolved_(&unresolved) {}
 
     /// Indicators of the active tets and of the parents whose children are all active. x: positions of the front's
-    /// vertices that `elements` was last evaluated at. seconds: simulated time since the last call.
-    void measure(const Front& front, const ElementSet& elements, const PerVertex<Vec3>& x, double seconds,
+    /// vertices that `elements` was last evaluated at. seconds: simulated time since the last call. kinetic [J]: energy
+    /// of motion that will turn into deformation.
+    void measure(const Front& front, const ElementSet& elements, const PerVertex<Vec3>& x, double seconds, double kinetic,
                  const AdaptivitySettings& settings);
     /// Relative displacement error, estimated, of the last measure().
     [[nodiscard]] double estimate() const { return estimate_; }

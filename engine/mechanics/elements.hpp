@@ -94,6 +94,8 @@ class ElementSet {
     };
     template <int Order>
     void evaluate_batch(std::size_t b, const Evaluation& e);
+    template <int Order>
+    [[nodiscard]] double kinetic_energy_of(const PerVertex<Vec3>& v) const;
 
     int order_ = 1;
     bool damped_ = false;

@@ -82,7 +82,7 @@ struct Simulation::Impl {
         resolve_pins();
         rebuild();
         elements.evaluate({.x = state.x});
-        adaptivity.measure(front, elements, state.x, 0, adapt_settings);
+        adaptivity.measure(front, elements, state.x, 0, 0, adapt_settings);
         describe(report);
     }
 
@@ -268,7 +268,8 @@ struct Simulation::Impl {
         } else {
             time = static_cast<double>(steps) * settings.time_step;
         }
-        adaptivity.measure(front, elements, state.x, settings.time_step, adapt_settings);
+        const double kinetic = model->held ? elements.kinetic_energy(state.v) : 0;
+        adaptivity.measure(front, elements, state.x, settings.time_step, kinetic, adapt_settings);
         r.milliseconds.adapt += lap();
         describe(r);
         if (r.warning.empty() && !r.converged) r.warning = "the solver stopped before its tolerance: motion may be wrong";

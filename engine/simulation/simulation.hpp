@@ -52,6 +52,7 @@ struct Model {
     double mass = 0;                     // [kg]
     double size = 0;                     // [m] longest edge of the rest box, the unit of [Imai]'s errors
     bool has_pins = false;
+    bool held = false;                   // the pins leave no rigid motion: all energy of motion turns into deformation
 };
 
 /// cache: where elasticity matrices are kept for the next time. Throws InputError when a file that the scene names cannot
