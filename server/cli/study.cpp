@@ -18,6 +18,7 @@ namespace tetfront {
 
 namespace {
 
+constexpr int most_levels = 6;
 constexpr std::size_t most_runs = 200;  // each keeps a whole simulation in memory
 
 struct StudyOptions {
@@ -56,6 +57,19 @@ void sort_unique(std::vector<T>& values) {
     values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
+/// Throws InputError for what no parser has seen, before anything is written.
+void check(const StudyOptions& options, const Scene& scene) {
+    for (const std::string& budget : options.budgets) (void)parse_budget(budget);
+    const std::size_t count = options.orders.size() * options.tolerances.size() * options.budgets.size();
+    if (count > most_runs)
+        throw InputError("", "", "the study would have " + std::to_string(count) + " runs",
+                         "use at most " + std::to_string(most_runs) + ": fewer orders, tolerances or budgets");
+    if (scene.levels == 0)
+        throw InputError(scene.file.string(), "/levels", "is 0: every front is the same", "use levels >= 1");
+    if (options.reference == "finer" && scene.levels == most_levels)
+        throw InputError("--reference", "finer", "needs a level more than there can be", "use --reference finest or fewer levels");
+}
+
 int steps_of(const StudyOptions& options, const Scene& scene) {
     if (options.seconds == 0) return options.steps;
     const double steps = std::round(options.seconds / scene.time_step);
@@ -77,11 +91,6 @@ Plan make_plan(const StudyOptions& options, const Scene& scene, const Progress& 
     std::ranges::reverse(tolerances);
     std::vector<Budget> budgets;
     for (const std::string& text : options.budgets) budgets.push_back(parse_budget(text));
-    if (const std::size_t count = orders.size() * tolerances.size() * budgets.size(); count > most_runs)
-        throw InputError("", "", "the study would have " + std::to_string(count) + " runs",
-                         "use at most " + std::to_string(most_runs) + ": fewer orders, tolerances or budgets");
-    if (scene.levels == 0)
-        throw InputError(scene.file.string(), "/levels", "is 0: every front is the same", "use levels >= 1");
 
     // The scene's own budget must not stop the finest levels nor the runs without one.
     Scene plain = scene;
@@ -95,8 +104,6 @@ Plan make_plan(const StudyOptions& options, const Scene& scene, const Progress& 
     if (options.reference == "finer") {
         Scene deeper = plain;
         ++deeper.levels;
-        if (deeper.levels > 6)
-            throw InputError("--reference", "finer", "needs a level more than the 6 that there can be", "use --reference finest");
         plan.runs.push_back({"quadratic, one level finer", build_model(deeper, progress), finest_front(deeper, 2)});
     }
     plan.runs.push_back(quadratic);
@@ -158,7 +165,7 @@ void print(const std::vector<SweepResult>& results, const std::string& reference
 int study(const StudyOptions& options) {
     const Scene scene = options.scene.load();
     const int steps = steps_of(options, scene);
-    for (const std::string& budget : options.budgets) (void)parse_budget(budget);  // before anything is written
+    check(options, scene);
     const std::filesystem::path directory = options.directory, csv = directory / "study.csv", svg = directory / "study.svg";
     std::error_code error;
     std::filesystem::create_directories(directory, error);

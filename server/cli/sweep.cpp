@@ -13,6 +13,7 @@ namespace tetfront {
 namespace {
 
 constexpr int block_steps = 16;
+static_assert(block_steps % compare_every == 0);
 
 /// What a reference looked like at one step.
 struct Snapshot {
@@ -33,23 +34,30 @@ class Sweep {
             result.front = run.front;
             result.errors.resize(references);
         }
+        most_energy_.resize(runs.size(), 0);
         for (const SweepRun& run : runs)
             for (const VertexId v : ids<VertexId>(vertices_))
                 ENSURE(run.model->tree.rest(v) == runs[0].model->tree.rest(v), run.name, " has another tree, vertex ", v.value);
     }
 
     /// `steps` more steps of every run.
-    void advance(int steps) {
+    void advance(int steps, bool last_block) {
+        const auto compared = [&](int i) { return (i + 1) % compare_every == 0 || (last_block && i + 1 == steps); };
+        comparisons_ += (steps + (last_block ? compare_every - 1 : 0)) / compare_every;
         for (std::size_t r = 0; r < runs_.size(); ++r) {
             const bool reference = r < snapshots_.size();
             if (reference) snapshots_[r].resize(static_cast<std::size_t>(steps));
-            for (std::size_t i = 0; i < static_cast<std::size_t>(steps); ++i) {
-                count(results_[r], simulations_[r].step());
+            for (int n = 0; n < steps; ++n) {
+                count(r, simulations_[r].step());
+                if (!compared(n)) continue;
+                const auto i = static_cast<std::size_t>(n);
                 PerVertex<Vec3> x = simulations_[r].all_positions();
                 x.resize(vertices_);
                 if (reference) remember(r, i, std::move(x));
-                for (std::size_t k = 0; k < std::min(r + 1, snapshots_.size()); ++k)
-                    compare(results_[r].errors[k], snapshots_[k][i], reference && k == r ? snapshots_[k][i].x : x);
+                for (std::size_t k = 0; k < std::min(r + 1, snapshots_.size()); ++k) {
+                    const double relative = compare(results_[r].errors[k], snapshots_[k][i], reference ? snapshots_[r][i].x : x);
+                    if (k == 0) results_[r].last_relative = relative;
+                }
             }
         }
     }
@@ -59,15 +67,18 @@ class Sweep {
             r.changed /= std::max(r.tets, 1.0);
             for (double* sum : {&r.milliseconds, &r.tets, &r.estimate, &r.iterations}) *sum /= steps;
             for (SweepResult::Error& e : r.errors) {
-                e.mean /= steps;
-                e.relative /= steps;
+                e.mean /= comparisons_;
+                e.relative /= comparisons_;
             }
+            const double most = most_energy_[static_cast<std::size_t>(&r - results_.data())];
+            r.energy_changed = most > 0 ? r.energy_changed / most : 0;
         }
         return std::move(results_);
     }
 
  private:
-    static void count(SweepResult& result, const StepReport& report) {
+    void count(std::size_t r, const StepReport& report) {
+        SweepResult& result = results_[r];
         const double milliseconds = report.milliseconds.total();
         std::size_t tets = 0;
         for (const std::uint32_t n : report.tets_by_level) tets += n;
@@ -76,6 +87,10 @@ class Sweep {
         result.tets += static_cast<double>(tets);
         result.most_tets = std::max(result.most_tets, tets);
         result.estimate += report.estimate;
+        result.last_estimate = report.estimate;
+        result.energy_changed = std::max(result.energy_changed, std::abs(report.energy_change));  // [J] until finish()
+        const Simulation::Energy energy = simulations_[r].energy();
+        most_energy_[r] = std::max(most_energy_[r], energy.elastic + energy.kinetic);
         result.iterations += report.solver_iterations;
         result.changed += report.splits + report.merges;
         result.troubled += !report.converged || report.rejected ? 1 : 0;
@@ -86,17 +101,20 @@ class Sweep {
         PerVertex<Vec3> rest = model.tree.rest();
         rest.resize(vertices_);
         // Energies decay with AdaptivitySettings::memory, displacements with their square root.
-        const double decay = std::exp(-0.5 * model.scene.time_step / AdaptivitySettings{}.memory);
+        const double decay = std::exp(-0.5 * compare_every * model.scene.time_step / AdaptivitySettings{}.memory);
         if (displacement_.size() <= r) displacement_.resize(r + 1, 0);
         displacement_[r] = std::max(decay * displacement_[r], difference(x, rest, model.size).root_mean_square);
         snapshots_[r][i] = {std::move(x), displacement_[r]};
     }
 
-    void compare(SweepResult::Error& error, const Snapshot& reference, const PerVertex<Vec3>& x) const {
+    /// Returns the relative error.
+    double compare(SweepResult::Error& error, const Snapshot& reference, const PerVertex<Vec3>& x) const {
         const Difference d = difference(x, reference.x, runs_[0].model->size);
         error.mean += d.mean;
         error.max = std::max(error.max, d.max);
-        if (reference.displacement > 0) error.relative += d.root_mean_square / reference.displacement;
+        const double relative = reference.displacement > 0 ? d.root_mean_square / reference.displacement : 0;
+        error.relative += relative;
+        return relative;
     }
 
     const std::vector<SweepRun>& runs_;
@@ -105,6 +123,8 @@ class Sweep {
     std::vector<SweepResult> results_;
     std::vector<std::vector<Snapshot>> snapshots_;  // [references][steps of the block]
     std::vector<double> displacement_;              // [references]
+    std::vector<double> most_energy_;               // [runs] [J]
+    int comparisons_ = 0;
 };
 
 std::string number(double value) {
@@ -120,8 +140,8 @@ std::vector<SweepResult> sweep(const std::vector<SweepRun>& runs, std::size_t re
     Sweep all(runs, references);
     for (int done = 0; done < steps;) {
         const int block = std::min(block_steps, steps - done);
-        all.advance(block);
         done += block;
+        all.advance(block, done == steps);
         if (progress) progress(static_cast<double>(done) / steps);
     }
     return all.finish(steps);
@@ -146,7 +166,7 @@ Chart speed_against_error(const std::string& title, const std::vector<SweepResul
         const SweepResult::Error& error = r.errors[reference];
         const std::string order = r.front.order == 2 ? "quadratic" : "linear";
         const bool fixed = r.front.min_level >= r.front.max_level;
-        if (error.max == 0) {
+        if (&r == &results[reference]) {
             chart.rules.push_back({r.name + " (reference)", r.milliseconds});
         } else if (fixed) {
             finest.push_back({.name = r.name, .line = false, .points = {{r.milliseconds, 100 * error.mean, ""}}});

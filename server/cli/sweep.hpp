@@ -41,11 +41,17 @@ struct SweepResult {
     };
     std::vector<Error> errors;  // [references]
     double estimate = 0;        // of the relative error
+    double last_estimate = 0, last_relative = 0;  // after the last step; the error against the first reference
+    double energy_changed = 0;  // largest that one step's splits and merges changed, over the largest total energy
     double iterations = 0;      // CG, a step
     double changed = 0;         // splits and merges of a step over the tets of the front
     int troubled = 0;           // steps that did not converge or were rejected
     std::vector<double> step_milliseconds;  // [steps]
 };
+
+/// Every how many steps positions are compared. (Comparing visits all vertices of the tree, and the next step of a small
+/// front would then start with cold caches, which costs it a fifth of its time.)
+inline constexpr int compare_every = 4;
 
 /// Advances all runs by `steps` and compares them with the first `references` of them, 1 <= references <= runs.size().
 /// A run's model may have a deeper tree of the same roots than the others' (a finer reference): compared are the
@@ -54,7 +60,7 @@ std::vector<SweepResult> sweep(const std::vector<SweepRun>& runs, std::size_t re
                                const std::function<void(double fraction)>& progress = {});
 
 /// Mean error against `reference` over time per step: a line for each order and budget along the tolerances, the finest
-/// levels as points, and a vertical rule where a run has no error because it is the reference.
+/// levels as points, the reference as a vertical rule. Runs without any error have no place on a logarithmic axis.
 Chart speed_against_error(const std::string& title, const std::vector<SweepResult>& results, std::size_t reference);
 
 /// "no budget", "at most 500 tets", "at most 5 ms a step", "at most 500 tets or 5 ms a step".

@@ -81,6 +81,54 @@ TEST_P(SimulationOfOrder, AFrontOnTheMoveChangesLittleAndAStillOneNotAtAll) {
     EXPECT_LT(changes, 0.05 * size);
 }
 
+TEST_P(SimulationOfOrder, ChangesOfTheFrontKeepEnergyAndMomentum) {
+    // A beam that swings, clamped, so that no rigid motion can hide what a change does to its momentum. A tolerance that swings
+    // against it makes splits and merges under load.
+    Simulation simulation(cantilever_model({order(), {"/material/young", "1e6"}, {"/front/tolerance", GetParam() == 1 ? "0.1" : "0.003"}}));
+    double most_energy = 0, largest = 0, sum = 0;
+    int splits = 0, merges = 0, changed_steps = 0;
+    for (int i = 0; i < 240; ++i) {
+        const double wave = i % 60 < 30 ? 1 : 3;
+        simulation.set_tolerance(wave * (GetParam() == 1 ? 0.08 : 0.003));
+        const StepReport r = simulation.step();
+        const auto energy = simulation.energy();
+        most_energy = std::max(most_energy, energy.elastic + energy.kinetic);
+        largest = std::max(largest, std::abs(r.energy_change));
+        sum += std::abs(r.energy_change);
+        splits += r.splits;
+        merges += r.merges;
+        changed_steps += r.splits + r.merges > 0;
+        if (r.splits + r.merges == 0) EXPECT_EQ(r.energy_change, 0);
+    }
+    EXPECT_GT(splits, 50);
+    EXPECT_GT(merges, 30);
+    EXPECT_GT(largest, 0);
+    EXPECT_LT(largest, 1e-3 * most_energy) << "in one step";
+    RecordProperty("changed_steps", changed_steps);
+    RecordProperty("largest_over_total", std::to_string(largest / most_energy));
+    RecordProperty("sum_over_total", std::to_string(sum / most_energy));
+}
+
+TEST_P(SimulationOfOrder, OneMoreLevelUnderTheSameFrontChangesNothing) {
+    // The work of a step follows the front, not the tree: under the same front one level more does the same arithmetic to the bit.
+    const auto run = [&](const char* levels) {
+        const auto model = cantilever_model({order(), {"/levels", levels}, {"/front/max_level", "1"}, {"/front/tolerance", GetParam() == 1 ? "0.2" : "0.004"}});
+        Simulation simulation(model);
+        std::uint64_t iterations = 0;
+        int changes = 0;
+        for (int i = 0; i < 20; ++i) {
+            const StepReport r = simulation.step();
+            iterations += static_cast<std::uint64_t>(r.solver_iterations);
+            changes += r.splits + r.merges;
+        }
+        EXPECT_GT(changes, 0);
+        return std::array{simulation.hash(), iterations, static_cast<std::uint64_t>(simulation.front().vertices().size())};
+    };
+    const auto two = run("2");
+    EXPECT_EQ(run("3"), two);
+    EXPECT_EQ(run("4"), two);
+}
+
 TEST_P(SimulationOfOrder, ForcesOnAbsentVerticesAct) {
     // The same pull on the same surface point moves coarse and fine fronts alike: a force on a vertex that the coarse
     // front does not have must not get lost.
