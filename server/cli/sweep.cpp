@@ -33,6 +33,7 @@ class Sweep {
             result.name = run.name;
             result.front = run.front;
             result.errors.resize(references);
+            result.last_relative.resize(references, 0);
         }
         most_energy_.resize(runs.size(), 0);
         for (const SweepRun& run : runs)
@@ -56,7 +57,7 @@ class Sweep {
                 if (reference) remember(r, i, std::move(x));
                 for (std::size_t k = 0; k < std::min(r + 1, snapshots_.size()); ++k) {
                     const double relative = compare(results_[r].errors[k], snapshots_[k][i], reference ? snapshots_[r][i].x : x);
-                    if (k == 0) results_[r].last_relative = relative;
+                    results_[r].last_relative[k] = relative;
                 }
             }
         }
@@ -88,7 +89,8 @@ class Sweep {
         result.most_tets = std::max(result.most_tets, tets);
         result.estimate += report.estimate;
         result.last_estimate = report.estimate;
-        result.energy_changed = std::max(result.energy_changed, std::abs(report.energy_change));  // [J] until finish()
+        result.last_tets = static_cast<double>(tets);
+        result.energy_changed = std::max(result.energy_changed, std::abs(report.energy_change) / std::max(1, report.splits + report.merges));  // [J] until finish()
         const Simulation::Energy energy = simulations_[r].energy();
         most_energy_[r] = std::max(most_energy_[r], energy.elastic + energy.kinetic);
         result.iterations += report.solver_iterations;

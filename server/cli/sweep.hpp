@@ -41,8 +41,9 @@ struct SweepResult {
     };
     std::vector<Error> errors;  // [references]
     double estimate = 0;        // of the relative error
-    double last_estimate = 0, last_relative = 0;  // after the last step; the error against the first reference
-    double energy_changed = 0;  // largest that one step's splits and merges changed, over the largest total energy
+    double last_estimate = 0, last_tets = 0;  // after the last step
+    std::vector<double> last_relative;        // [references] of errors, after the last step
+    double energy_changed = 0;  // by one split or merge (mean of a step's, largest of all steps), over the largest total energy
     double iterations = 0;      // CG, a step
     double changed = 0;         // splits and merges of a step over the tets of the front
     int troubled = 0;           // steps that did not converge or were rejected

@@ -55,14 +55,14 @@ double static_error(const TetTree& tree, const Front& front) {
     }
     front.prolong(x);
     ElementSet elements;
-    elements.build(front, elasticity, density);
+    elements.build(front, {elasticity, density});
     BlockMatrix matrix;
     matrix.build(front, elements, pinned);
     elements.evaluate({.x = tree.rest(), .tangent = true, .stiffness_scale = 1});
     matrix.fill(elements);
     Multilevel preconditioner;
-    preconditioner.build(front, elasticity, density, pinned, matrix);
-    preconditioner.update(matrix, 1, 0);
+    preconditioner.build(front, {elasticity, density}, pinned, matrix);
+    preconditioner.update(matrix, 1, 0, 0);
     DofVector right(matrix.size()), update(matrix.size());
     Pcg pcg;
     for (int newton = 0; newton < 3; ++newton) {  // the matrix holds floats, the residual does not
@@ -140,7 +140,7 @@ TEST(QuadraticPatchTest, HoldsOnRandomBalancedFronts) {
         const PerTet<Sym6> elasticity(tree.tet_count(), Sym6::from(isotropic_elasticity(young, poisson)));
         const PerTet<double> density(tree.tet_count(), 1.0);
         ElementSet elements;
-        elements.build(front, elasticity, density);
+        elements.build(front, {elasticity, density});
         PerVertex<Vec3> x = tree.rest(), sum(tree.vertex_count(), Vec3::Zero()), part = sum;
         const PerVertex<Vec3> minus_force(tree.vertex_count(), -force);
         const auto add = [&](double t, double weight) {

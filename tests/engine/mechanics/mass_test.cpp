@@ -24,17 +24,18 @@ TEST(QuadraticMass, EveryKindHasTheTetsMassAndIsPositive) {
 }
 
 TEST(QuadraticMass, TheConsistentOneIsBestOnFreeAndClampedBeams) {
+    // Mean error of the six lowest frequencies. (On 24 tets a diagonal wins for the clamped beam: its mass errs downwards, the
+    // stiffness upwards, and the two cancel.)
     const TetTree tree(box_mesh({0, 0, 0}, {4, 1, 1}, {4, 1, 1}), 3);
     for (const bool clamped : {true, false}) {
         constexpr int modes = 6;
         const auto truth = natural_frequencies(tree, 2, Mass::consistent, clamped, modes, 1e6, 0.3, 1000);
         std::array<double, 3> mean{};
         for (std::size_t k = 0; k < kinds.size(); ++k) {
-            const auto f = natural_frequencies(tree, 0, kinds[k], clamped, modes, 1e6, 0.3, 1000);
+            const auto f = natural_frequencies(tree, 1, kinds[k], clamped, modes, 1e6, 0.3, 1000);
             for (std::size_t i = 0; i < f.size(); ++i) mean[k] += std::abs(f[i] / truth[i] - 1) / modes;
         }
-        RecordProperty(clamped ? "clamped" : "free", std::to_string(mean[0]) + " " + std::to_string(mean[1]) + " " + std::to_string(mean[2]));
-        EXPECT_LT(mean[0], 0.05);
+        EXPECT_LT(mean[0], 0.01);
         EXPECT_LT(mean[0], mean[1]) << "HRZ, clamped " << clamped;
         EXPECT_LT(mean[0], mean[2]) << "children, clamped " << clamped;
     }
