@@ -98,13 +98,13 @@ Plan make_plan(const StudyOptions& options, const Scene& scene, const Progress& 
     plain.front.budget_milliseconds = 0;
     plain.front.min_level = 0;
     plain.front.max_level = FrontSpec{}.max_level;
-    const auto model = build_model(plain, progress);
+    const auto model = build_model(plain, progress, options.scene.cache());
     Plan plan;
     const SweepRun quadratic = {"finest quadratic", model, finest_front(plain, 2)};
     if (options.reference == "finer") {
         Scene deeper = plain;
         ++deeper.levels;
-        plan.runs.push_back({"quadratic, one level finer", build_model(deeper, progress), finest_front(deeper, 2)});
+        plan.runs.push_back({"quadratic, one level finer", build_model(deeper, progress, options.scene.cache()), finest_front(deeper, 2)});
     }
     plan.runs.push_back(quadratic);
     plan.reference = plan.runs.front().name;

@@ -19,12 +19,13 @@ class AdaptivityOfOrder : public ::testing::TestWithParam<int> {
     /// contrast. The estimate on a random front; every tet is of one material.
     double estimate_of_exact_solution(double contrast) {
         ElasticityMatrices matrices;
-        matrices.elasticity.resize(tree.tet_count());
+        PerTet<Sym6> elasticity(tree.tet_count());
         for (TetId t : ids<TetId>(tree.tet_count())) {
             double centre = 0;
             for (VertexId v : tree.corners(t)) centre += tree.rest(v)[0] / 4;
-            matrices.elasticity[t] = Sym6::from(isotropic_elasticity(centre < 1 ? 1e6 : 1e6 * contrast, 0));
+            elasticity[t] = Sym6::from(isotropic_elasticity(centre < 1 ? 1e6 : 1e6 * contrast, 0));
         }
+        matrices.elasticity = PooledPerTet<Sym6>(elasticity);
         std::mt19937 random(5);
         Front front(tree, GetParam(), 0, 99);
         shuffle(front, random, 3, 0.1, 0.05);

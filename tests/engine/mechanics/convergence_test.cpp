@@ -43,7 +43,7 @@ struct Waves {
 /// that the fields between nodes count, too.
 double static_error(const TetTree& tree, const Front& front) {
     const Waves waves;
-    const PerTet<Sym6> elasticity(tree.tet_count(), Sym6::from(isotropic_elasticity(young, poisson)));
+    const PooledPerTet<Sym6> elasticity(tree.tet_count(), Sym6::from(isotropic_elasticity(young, poisson)));
     const PerTet<double> density(tree.tet_count(), 1.0);
     PerVertex<std::uint8_t> pinned(tree.vertex_count(), 0);
     PerVertex<Vec3> x(tree.vertex_count(), Vec3::Zero()), minus_force = x, residual = x;
@@ -137,7 +137,7 @@ TEST(QuadraticPatchTest, HoldsOnRandomBalancedFronts) {
             for (int j = 0; j < 3; ++j) grad_div += 2 * h[static_cast<std::size_t>(j)](j, i);
             force[i] = -((lambda + mu) * grad_div + mu * 2 * h[static_cast<std::size_t>(i)].trace());
         }
-        const PerTet<Sym6> elasticity(tree.tet_count(), Sym6::from(isotropic_elasticity(young, poisson)));
+        const PooledPerTet<Sym6> elasticity(tree.tet_count(), Sym6::from(isotropic_elasticity(young, poisson)));
         const PerTet<double> density(tree.tet_count(), 1.0);
         ElementSet elements;
         elements.build(front, {elasticity, density});
