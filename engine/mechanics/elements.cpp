@@ -327,6 +327,20 @@ ElementSet::Momentum ElementSet::momentum(const PerVertex<Vec3>& x, const PerVer
     return p;
 }
 
+Vec3 ElementSet::first_moment(const PerVertex<Vec3>& x) const {
+    // Row sums of the mass matrix: 1/4 each; order 2: -1/20 at corners, 1/5 at midpoints.
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t e = 0; e < size(); ++e) {
+        const Batch& batch = batches_[e / pack_size];
+        const std::size_t lane = e % pack_size;
+        Vec3 corners = Vec3::Zero(), midpoints = Vec3::Zero();
+        for (std::size_t i = 0; i < 4; ++i) corners += x[VertexId(batch.node[i][lane])];
+        for (std::size_t i = 4; i < static_cast<std::size_t>(nodes()); ++i) midpoints += x[VertexId(batch.node[i][lane])];
+        sum += batch.mass[lane] * (order_ == 1 ? Vec3(corners / 4) : Vec3(midpoints / 5 - corners / 20));
+    }
+    return sum;
+}
+
 template <int Order>
 double ElementSet::kinetic_energy_of(const PerVertex<Vec3>& v) const {
     constexpr std::size_t nodes = ElementOrder<Order>::nodes;

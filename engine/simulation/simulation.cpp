@@ -154,8 +154,7 @@ struct Simulation::Impl {
 
     /// Of the last evaluation of `elements` [J]: elastic, kinetic, and in the gravity field up to a constant.
     [[nodiscard]] double total_energy() const {
-        const Vec3 first_moment = elements.momentum(state.x, state.x).linear;  // M x
-        return elements.energy() + elements.kinetic_energy(state.v) - gravity.dot(first_moment);
+        return elements.energy() + elements.kinetic_energy(state.v) - gravity.dot(elements.first_moment(state.x));
     }
 
     /// Adds the rigid motion that gives a free body the momenta it had before its front changed.

@@ -96,7 +96,9 @@ TEST_P(SimulationOfOrder, ASplitOrMergeChangesTheEnergyByLessThanATinyPart) {
         splits += r.splits;
         merges += r.merges;
         changed_steps += r.splits + r.merges > 0;
-        if (r.splits + r.merges == 0) EXPECT_EQ(r.energy_change, 0);
+        if (r.splits + r.merges == 0) {
+            EXPECT_EQ(r.energy_change, 0);
+        }
     }
     EXPECT_GT(splits, 20);
     EXPECT_GT(merges, 20);
