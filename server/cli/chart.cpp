@@ -11,8 +11,8 @@ namespace tetfront {
 
 namespace {
 
-constexpr double width = 860, height = 560;
-constexpr double left = 84, right = 24, top = 66, bottom = 62;
+constexpr double width = 1040, height = 560;
+constexpr double left = 84, right = 260, top = 66, bottom = 62;
 // Okabe & Ito's colours, which colour-blind eyes can tell apart, the yellow left out.
 constexpr std::array<const char*, 8> colours = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                                 "#56b4e9", "#e69f00", "#000000", "#777777"};
@@ -179,40 +179,21 @@ class Drawing {
                 last = next.label;
             }
             if (!last.empty()) label += " to " + last;
-            const bool inside = x < width - right - 90;
+            const bool inside = x < width - right - 60;
             text(inside ? x + 9 : x - 9, y - 7, label,
                  "font-size=\"11\" fill=\"" + colour + "\"" + (inside ? "" : " text-anchor=\"end\""));
         }
     }
 
-    /// In the corner where the fewest points are.
+    /// Right of the plot, where it hides nothing.
     void legend() {
-        constexpr double row = 20;
-        std::size_t longest = 0;
-        for (const Chart::Series& s : chart_.series) longest = std::max(longest, s.name.size());
-        const double w = 40 + 7.6 * static_cast<double>(longest), h = row * static_cast<double>(chart_.series.size()) + 10;
-        double best_x = 0, best_y = 0;
-        int fewest = std::numeric_limits<int>::max();
-        for (const double x : {width - right - 10 - w, left + 10}) {
-            for (const double y : {top + 10, height - bottom - 10 - h}) {
-                int covered = 0;
-                for (const Chart::Series& s : chart_.series)
-                    for (const Chart::Point& p : s.points)
-                        if (drawable(p) && std::abs(x_.at(p.x) - x - w / 2) < w / 2 + 40 && std::abs(y_.at(p.y) - y - h / 2) < h / 2 + 20) ++covered;
-                if (covered >= fewest) continue;
-                fewest = covered;
-                best_x = x;
-                best_y = y;
-            }
-        }
-        out_ << "<rect x=\"" << number(best_x) << "\" y=\"" << number(best_y) << "\" width=\"" << number(w) << "\" height=\"" << h
-             << "\" fill=\"#fff\" fill-opacity=\"0.9\" stroke=\"#bbb\"/>\n";
+        constexpr double x = width - right + 14, row = 22;
         for (std::size_t i = 0; i < chart_.series.size(); ++i) {
-            const double y = best_y + 15 + row * static_cast<double>(i);
+            const double y = top + 12 + row * static_cast<double>(i);
             if (chart_.series[i].line)
-                line(best_x + 8, y, best_x + 28, y, std::string("stroke-width=\"2\" stroke=\"") + colours[i % colours.size()] + "\"");
-            marker(best_x + 18, y, i, chart_.series[i].line);
-            text(best_x + 36, y + 4.5, chart_.series[i].name);
+                line(x, y, x + 20, y, std::string("stroke-width=\"2\" stroke=\"") + colours[i % colours.size()] + "\"");
+            marker(x + 10, y, i, chart_.series[i].line);
+            text(x + 28, y + 4.5, chart_.series[i].name);
         }
     }
 
