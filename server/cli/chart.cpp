@@ -11,8 +11,8 @@ namespace tetfront {
 
 namespace {
 
-constexpr double width = 1040, height = 560;
-constexpr double left = 84, right = 260, top = 66, bottom = 62;
+constexpr double width = 1090, height = 560;
+constexpr double left = 84, right = 310, top = 66, bottom = 62;
 // Okabe & Ito's colours, which colour-blind eyes can tell apart, the yellow left out.
 constexpr std::array<const char*, 8> colours = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                                 "#56b4e9", "#e69f00", "#000000", "#777777"};
@@ -193,7 +193,7 @@ class Drawing {
             if (chart_.series[i].line)
                 line(x, y, x + 20, y, std::string("stroke-width=\"2\" stroke=\"") + colours[i % colours.size()] + "\"");
             marker(x + 10, y, i, chart_.series[i].line);
-            text(x + 28, y + 4.5, chart_.series[i].name);
+            text(x + 28, y + 4.5, chart_.series[i].name, "font-size=\"12\"");
         }
     }
 

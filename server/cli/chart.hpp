@@ -31,7 +31,7 @@ struct Chart {
     std::vector<Rule> rules;
 };
 
-/// A whole SVG file, 1040 x 560, black on white.
+/// A whole SVG file, 1090 x 560, black on white.
 std::string to_svg(const Chart& chart);
 
 }  // namespace tetfront
