@@ -75,6 +75,32 @@ Vec6 mean(const PointStrains<Order>& s) {
 
 }  // namespace
 
+Adaptivity::Adaptivity(const ElasticityMatrices& matrices, const PerTet<std::uint8_t>& unresolved)
+    : matrices_(&matrices), unresolved_(&unresolved), kind_(matrices.elasticity.size()) {
+    for (TetId t : ids<TetId>(kind_.size())) {
+        const Sym6& c = matrices.elasticity[t];
+        double trace = 0;
+        for (int i = 0; i < 6; ++i) trace += c(i, i);
+        kind_[t] = static_cast<std::int16_t>(std::floor(std::log2(trace) / 2));
+    }
+}
+
+std::int32_t Adaptivity::find(VertexId v, std::int16_t kind) const {
+    std::int32_t n = first_[v];
+    while (n >= 0 && recovered_[static_cast<std::size_t>(n)].kind != kind) n = recovered_[static_cast<std::size_t>(n)].next;
+    return n;
+}
+
+const Vec6& Adaptivity::recovered_at(VertexId v, std::int16_t kind) const {
+    std::int32_t best = find(v, kind);
+    if (best < 0) {
+        best = first_[v];
+        for (std::int32_t n = best; n >= 0; n = recovered_[static_cast<std::size_t>(n)].next)
+            if (recovered_[static_cast<std::size_t>(n)].weight > recovered_[static_cast<std::size_t>(best)].weight) best = n;
+    }
+    return recovered_[static_cast<std::size_t>(best)].strain;
+}
+
 bool Adaptivity::in_valid_range(TetId t, const Vec6& strain) const {
     if (matrices_->valid_range.empty()) return true;
     const auto& range = matrices_->valid_range[t];
@@ -87,24 +113,42 @@ bool Adaptivity::in_valid_range(TetId t, const Vec6& strain) const {
 
 template <int Order>
 void Adaptivity::recover(const Front& front, const ElementSet& elements) {
-    recovered_.resize(front.tree().vertex_count());
-    recovered_weight_.resize(front.tree().vertex_count());
-    for (VertexId v : front.vertices()) {
-        recovered_[v].setZero();
-        recovered_weight_[v] = 0;
-    }
+    first_.resize(front.tree().vertex_count());
+    recovered_.clear();
+    for (VertexId v : front.vertices()) first_[v] = -1;
     for (std::size_t e = 0; e < elements.size(); ++e) {
         const TetId t = elements.tets()[e];
         const double volume = front.tree().volume(t);
         const auto at_nodes = strain_at_nodes<Order>(strains_of<Order>(elements, e));
         const auto node = front.nodes(t);
         for (std::size_t i = 0; i < at_nodes.size(); ++i) {
-            recovered_[node[i]] += volume * at_nodes[i];
-            recovered_weight_[node[i]] += volume;
+            std::int32_t n = find(node[i], kind_[t]);
+            if (n < 0) {
+                n = static_cast<std::int32_t>(recovered_.size());
+                recovered_.push_back({Vec6::Zero(), 0, kind_[t], first_[node[i]]});
+                first_[node[i]] = n;
+            }
+            Recovered& r = recovered_[static_cast<std::size_t>(n)];
+            r.strain += volume * at_nodes[i];
+            r.weight += volume;
         }
     }
-    for (VertexId v : front.vertices()) recovered_[v] /= recovered_weight_[v];
-    front.prolong(recovered_);  // the recovered field is conforming, like the displacement
+    for (Recovered& r : recovered_) r.strain /= r.weight;
+    // The recovered field is conforming, like the displacement, where the tet that a vertex hangs on is of the same class.
+    for (VertexId v : front.hanging()) {
+        const TetTree::Row row = front.tree().row(Order, v);
+        for (std::int32_t n = first_[v]; n >= 0; n = recovered_[static_cast<std::size_t>(n)].next) {
+            Recovered& r = recovered_[static_cast<std::size_t>(n)];
+            Vec6 strain = Vec6::Zero();
+            bool whole = true;
+            for (std::size_t k = 0; k < row.vertices.size() && whole; ++k) {
+                const std::int32_t from = find(row.vertices[k], r.kind);
+                whole = from >= 0;
+                if (whole) strain += row.weights[k] * recovered_[static_cast<std::size_t>(from)].strain;
+            }
+            if (whole) r.strain = strain;
+        }
+    }
 }
 
 template <int Order, class Strains>
@@ -118,7 +162,7 @@ double Adaptivity::indicator(const Front& front, TetId t, const Strains& own, do
         // The difference is linear in the tet: exact integral from its corner values.
         Vec6 total = Vec6::Zero();
         for (std::size_t i = 0; i < 4; ++i) {
-            const Vec6 d = recovered_[node[i]] - own[0];
+            const Vec6 d = recovered_at(node[i], kind_[t]) - own[0];
             sum += quadratic_form(c, d);
             total += d;
         }
@@ -129,7 +173,7 @@ double Adaptivity::indicator(const Front& front, TetId t, const Strains& own, do
             Vec4 b = Vec4::Constant(O::far);
             b[q] = O::near;
             const auto shape = quadratic_shape(b);
-            for (std::size_t i = 0; i < 10; ++i) d += shape[i] * recovered_[node[i]];
+            for (std::size_t i = 0; i < 10; ++i) d += shape[i] * recovered_at(node[i], kind_[t]);
             sum += quadratic_form(c, d) / O::points;
         }
     }
@@ -178,13 +222,13 @@ void Adaptivity::measure_order(const Front& front, const ElementSet& elements, c
 }
 
 void Adaptivity::measure(const Front& front, const ElementSet& elements, const PerVertex<Vec3>& x, double seconds,
-                         const AdaptivitySettings& settings) {
+                         double kinetic, const AdaptivitySettings& settings) {
     if (front.order() == 1) {
         measure_order<1>(front, elements, x, settings.bracket_weight);
     } else {
         measure_order<2>(front, elements, x, settings.bracket_weight);
     }
-    reference_energy_ = std::max({2 * elements.energy(), reference_energy_ * std::exp(-seconds / settings.memory), settings.energy_floor});
+    reference_energy_ = std::max({2 * (elements.energy() + kinetic), reference_energy_ * std::exp(-seconds / settings.memory), settings.energy_floor});
     estimate_ = reference_energy_ > 0 ? eta2_total_ / reference_energy_ : 0;
 }
 

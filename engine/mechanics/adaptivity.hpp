@@ -5,7 +5,8 @@
 //
 //     eta^2 = integral (e* - e)^T C (e* - e) + w integral e^T (C_average - C_uniform_stress) e          [J]
 //
-// The second term is what a coarse tet does not know about its material; it is zero where the material is uniform. The
+// Strain jumps where stiffness does, and that is no error: tets whose stiffness differs by a factor of four or more are averaged
+// apart. The second term is what a coarse tet does not know about its material; it is zero where the material is uniform. The
 // estimate of the relative displacement error is  sum eta^2 / sum integral e^T C e.  For tets whose children are all
 // active the same formula on the parent's own nodes says what merging would cost, so both numbers are comparable.
 //
@@ -15,7 +16,7 @@
 // The valid strain range of [Imai] eq. (6) splits a tet whatever its indicator, and forbids the merge into it.
 //
 //     Adaptivity adaptivity(matrices, unresolved);
-//     adaptivity.measure(front, elements, x, dt, settings);   // after elements.evaluate at x
+//     adaptivity.measure(front, elements, x, dt, kinetic, settings);   // after elements.evaluate at x
 //     auto [splits, merges] = adaptivity.adapt(front, step, settings);
 //     adaptivity.rest(front.commit().activated, step, settings);
 
@@ -47,12 +48,12 @@ class Adaptivity {
  public:
     /// unresolved: [T of the tree] nonzero where a tet may never be active because it misses something that its
     /// descendants resolve (a small pinned region). Both must outlive this.
-    Adaptivity(const ElasticityMatrices& matrices, const PerTet<std::uint8_t>& unresolved)
-        : matrices_(&matrices), unresolved_(&unresolved) {}
+    Adaptivity(const ElasticityMatrices& matrices, const PerTet<std::uint8_t>& unresolved);
 
     /// Indicators of the active tets and of the parents whose children are all active. x: positions of the front's
-    /// vertices that `elements` was last evaluated at. seconds: simulated time since the last call.
-    void measure(const Front& front, const ElementSet& elements, const PerVertex<Vec3>& x, double seconds,
+    /// vertices that `elements` was last evaluated at. seconds: simulated time since the last call. kinetic [J]: energy
+    /// of motion that will turn into deformation.
+    void measure(const Front& front, const ElementSet& elements, const PerVertex<Vec3>& x, double seconds, double kinetic,
                  const AdaptivitySettings& settings);
     /// Relative displacement error, estimated, of the last measure().
     [[nodiscard]] double estimate() const { return estimate_; }
@@ -81,14 +82,27 @@ class Adaptivity {
     [[nodiscard]] double indicator(const Front& front, TetId t, const Strains& own, double bracket_weight) const;
     [[nodiscard]] bool in_valid_range(TetId t, const Vec6& strain) const;
 
+    /// Recovered strain at a vertex, one for each class of stiffness around it.
+    struct Recovered {
+        Vec6 strain;
+        double weight;      // [m^3] of the tets that were averaged
+        std::int16_t kind;  // their class of stiffness
+        std::int32_t next;  // of the same vertex; -1: none
+    };
+    /// That of a class at a vertex of the front; -1: no tet of this class has been averaged there.
+    [[nodiscard]] std::int32_t find(VertexId v, std::int16_t kind) const;
+    /// The strain of this class, or of the class with the most volume.
+    [[nodiscard]] const Vec6& recovered_at(VertexId v, std::int16_t kind) const;
+
     const ElasticityMatrices* matrices_;
     const PerTet<std::uint8_t>* unresolved_;
     double reference_energy_ = 0, estimate_ = 0, eta2_total_ = 0;
     std::vector<double> eta2_;                  // [active]
     std::vector<std::uint8_t> out_of_range_;    // [active]
     std::vector<MergeCandidate> candidates_;
-    PerVertex<Vec6> recovered_;                 // [V of the tree] valid for the front's vertices
-    PerVertex<double> recovered_weight_;
+    PerTet<std::int16_t> kind_;                 // [T of the tree] class of stiffness
+    PerVertex<std::int32_t> first_;             // [V of the tree] into recovered_, valid for the front's vertices
+    std::vector<Recovered> recovered_;
     PerTet<std::uint64_t> rest_until_;          // [T of the tree] step before which the tet is not merged away
 };
 

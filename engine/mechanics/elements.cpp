@@ -1,6 +1,7 @@
 #include "engine/mechanics/elements.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "engine/base/parallel.hpp"
 #include "engine/mechanics/element.hpp"
@@ -326,17 +327,46 @@ ElementSet::Momentum ElementSet::momentum(const PerVertex<Vec3>& x, const PerVer
     return p;
 }
 
-double ElementSet::kinetic_energy(const PerVertex<Vec3>& v) const {
-    double twice = 0;
+Vec3 ElementSet::first_moment(const PerVertex<Vec3>& x) const {
+    // Row sums of the mass matrix: 1/4 each; order 2: -1/20 at corners, 1/5 at midpoints.
+    Vec3 sum = Vec3::Zero();
     for (std::size_t e = 0; e < size(); ++e) {
         const Batch& batch = batches_[e / pack_size];
         const std::size_t lane = e % pack_size;
-        const auto add = [&](int i, int j, double m) {
-            twice += m * batch.mass[lane] * v[VertexId(batch.node[i][lane])].dot(v[VertexId(batch.node[j][lane])]);
-        };
-        order_ == 1 ? visit_mass<1>(add) : visit_mass<2>(add);
+        Vec3 corners = Vec3::Zero(), midpoints = Vec3::Zero();
+        for (std::size_t i = 0; i < 4; ++i) corners += x[VertexId(batch.node[i][lane])];
+        for (std::size_t i = 4; i < static_cast<std::size_t>(nodes()); ++i) midpoints += x[VertexId(batch.node[i][lane])];
+        sum += batch.mass[lane] * (order_ == 1 ? Vec3(corners / 4) : Vec3(midpoints / 5 - corners / 20));
     }
-    return twice / 2;
+    return sum;
+}
+
+template <int Order>
+double ElementSet::kinetic_energy_of(const PerVertex<Vec3>& v) const {
+    constexpr std::size_t nodes = ElementOrder<Order>::nodes;
+    std::vector<double> twice(batches_.size());
+    parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t b = begin; b < end; ++b) {
+            const auto u = gather<ElementOrder<Order>::nodes>(v, batches_[b].node);
+            Pack sum(0);
+            for (std::size_t i = 0; i < nodes; ++i) {
+                V3<Pack> mu = {Pack(0), Pack(0), Pack(0)};
+                for (std::size_t j = 0; j < nodes; ++j) {
+                    const Pack m(ElementOrder<Order>::mass(static_cast<int>(i), static_cast<int>(j)));
+                    for (std::size_t a = 0; a < 3; ++a) mu[a] += m * u[j][a];
+                }
+                for (std::size_t a = 0; a < 3; ++a) sum += u[i][a] * mu[a];
+            }
+            alignas(64) double lanes[pack_size];
+            store(sum * load(batches_[b].mass), lanes);
+            twice[b] = std::accumulate(lanes, lanes + pack_size, 0.0);
+        }
+    });
+    return std::accumulate(twice.begin(), twice.end(), 0.0) / 2;
+}
+
+double ElementSet::kinetic_energy(const PerVertex<Vec3>& v) const {
+    return order_ == 1 ? kinetic_energy_of<1>(v) : kinetic_energy_of<2>(v);
 }
 
 }  // namespace tetfront

@@ -71,6 +71,8 @@ class ElementSet {
         Vec3 linear, angular;
     };
     [[nodiscard]] Momentum momentum(const PerVertex<Vec3>& x, const PerVertex<Vec3>& v) const;
+    /// sum_ij m_ij x_j [kg m]: the mass times its centre.
+    [[nodiscard]] Vec3 first_moment(const PerVertex<Vec3>& x) const;
     /// (1/2) v^T M v [J]
     [[nodiscard]] double kinetic_energy(const PerVertex<Vec3>& v) const;
 
@@ -94,6 +96,8 @@ class ElementSet {
     };
     template <int Order>
     void evaluate_batch(std::size_t b, const Evaluation& e);
+    template <int Order>
+    [[nodiscard]] double kinetic_energy_of(const PerVertex<Vec3>& v) const;
 
     int order_ = 1;
     bool damped_ = false;

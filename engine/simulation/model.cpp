@@ -3,6 +3,8 @@
 #include <cmath>
 #include <sstream>
 
+#include <Eigen/Eigenvalues>
+
 #include "engine/base/error.hpp"
 #include "engine/material/voxel_surface.hpp"
 #include "engine/mesh/mesh_io.hpp"
@@ -99,6 +101,24 @@ PerTet<std::uint8_t> find_unresolved(const TetTree& tree, const PerVertex<std::u
         unresolved[t] = below && !corners;
     }
     return unresolved;
+}
+
+/// Whether three pinned vertices are far from one line, so that no rigid motion is left. size: [m] of the object.
+bool pins_hold(const TetTree& tree, const PerVertex<std::uint8_t>& pinned, double size) {
+    Vec3 mean = Vec3::Zero();
+    double count = 0;
+    for (VertexId v : ids<VertexId>(tree.vertex_count())) {
+        if (!pinned[v]) continue;
+        mean += tree.rest(v);
+        ++count;
+    }
+    if (count < 3) return false;
+    mean /= count;
+    Mat3 spread = Mat3::Zero();
+    for (VertexId v : ids<VertexId>(tree.vertex_count()))
+        if (pinned[v]) spread += (tree.rest(v) - mean) * (tree.rest(v) - mean).transpose() / count;
+    const Vec3 squared = Eigen::SelfAdjointEigenSolver<Mat3>(spread, Eigen::EigenvaluesOnly).eigenvalues();  // ascending
+    return squared[1] > 1e-4 * size * size;  // one hundredth of the size across the line
 }
 
 /// Spreads each force evenly over the surface vertices in its region.
@@ -198,10 +218,11 @@ std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress, 
     auto frame_model = make_frame_model(scene, tree, surface, stiffness, materials.matrices);
     auto unresolved = find_unresolved(tree, pinned);
     const double size = box.sizes().maxCoeff();
+    const bool held = pins_hold(tree, pinned, size);
     report("ready", 1);
     return std::make_shared<const Model>(Model{std::move(scene), std::move(tree), std::move(materials.matrices), std::move(density),
                                                std::move(surface), std::move(pinned), std::move(unresolved),
-                                               std::move(forces), std::move(frame_model), mass, size, has_pins});
+                                               std::move(forces), std::move(frame_model), mass, size, has_pins, held});
 }
 
 }  // namespace tetfront

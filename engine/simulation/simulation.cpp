@@ -82,7 +82,7 @@ struct Simulation::Impl {
         resolve_pins();
         rebuild();
         elements.evaluate({.x = state.x});
-        adaptivity.measure(front, elements, state.x, 0, adapt_settings);
+        adaptivity.measure(front, elements, state.x, 0, 0, adapt_settings);
         describe(report);
     }
 
@@ -137,8 +137,9 @@ struct Simulation::Impl {
         const auto changes = adaptivity.adapt(front, steps, adapt_settings);
         r.splits = changes[0];
         r.merges = changes[1];
-        const bool free_body = !model->has_pins && changes[0] + changes[1] > 0;
+        const bool any = changes[0] + changes[1] > 0, free_body = any && !model->has_pins;
         const ElementSet::Momentum before = free_body ? elements.momentum(state.x, state.v) : ElementSet::Momentum{};
+        const double energy_before = any ? total_energy() : 0;
         const Front::Change& change = front.commit();
         r.milliseconds.adapt += lap();
         if (!change.any()) return;
@@ -146,7 +147,14 @@ struct Simulation::Impl {
         transfer(change);
         rebuild();
         if (free_body) keep_momentum(before);
+        elements.evaluate({.x = state.x});
+        r.energy_change = total_energy() - energy_before;
         r.milliseconds.setup += lap();
+    }
+
+    /// Of the last evaluation of `elements` [J]: elastic, kinetic, and in the gravity field up to a constant.
+    [[nodiscard]] double total_energy() const {
+        return elements.energy() + elements.kinetic_energy(state.v) - gravity.dot(elements.first_moment(state.x));
     }
 
     /// Adds the rigid motion that gives a free body the momenta it had before its front changed.
@@ -268,7 +276,8 @@ struct Simulation::Impl {
         } else {
             time = static_cast<double>(steps) * settings.time_step;
         }
-        adaptivity.measure(front, elements, state.x, settings.time_step, adapt_settings);
+        const double kinetic = model->held ? elements.kinetic_energy(state.v) : 0;
+        adaptivity.measure(front, elements, state.x, settings.time_step, kinetic, adapt_settings);
         r.milliseconds.adapt += lap();
         describe(r);
         if (r.warning.empty() && !r.converged) r.warning = "the solver stopped before its tolerance: motion may be wrong";

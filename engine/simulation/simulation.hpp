@@ -52,6 +52,7 @@ struct Model {
     double mass = 0;                     // [kg]
     double size = 0;                     // [m] longest edge of the rest box, the unit of [Imai]'s errors
     bool has_pins = false;
+    bool held = false;                   // the pins leave no rigid motion: all energy of motion turns into deformation
 };
 
 /// cache: where elasticity matrices are kept for the next time. Throws InputError when a file that the scene names cannot
@@ -72,6 +73,7 @@ struct StepReport {
     std::vector<std::uint32_t> tets_by_level;    // [depth+1] active tets
     std::uint32_t free_vertices = 0, hanging_vertices = 0;
     int splits = 0, merges = 0;
+    double energy_change = 0;                    // [J] that splits and merges added: kinetic, elastic, in gravity
     /// [ms] wall clock: adapt (indicator, split, merge), setup (pattern after a change), assemble, solve, other.
     struct Milliseconds {
         double adapt = 0, setup = 0, assemble = 0, solve = 0, other = 0;

@@ -40,6 +40,7 @@ using Action = std::function<int()>;
 void add_serve(CLI::App& program, Action& action);
 void add_render(CLI::App& program, Action& action);
 void add_run(CLI::App& program, Action& action);
+void add_study(CLI::App& program, Action& action);
 void add_info(CLI::App& program, Action& action);
 void add_import(CLI::App& program, Action& action);
 

@@ -97,13 +97,13 @@ class RunRecord {
         for (std::size_t i = 0; i < compared.size(); ++i) {
             const Comparison::Step& c = compared[i];
             step["compare"][comparisons_[i].name()] = {{"milliseconds", c.milliseconds},
-                                                       {"error_mean", c.error_mean},
-                                                       {"error_max", c.error_max},
+                                                       {"error_mean", c.difference.mean},
+                                                       {"error_max", c.difference.max},
                                                        {"converged", c.converged},
                                                        {"time_ratio", ratio(c.milliseconds, ms.total())}};
             errors_[i].milliseconds.add(c.milliseconds);
-            errors_[i].mean.add(c.error_mean);
-            errors_[i].max.add(c.error_max);
+            errors_[i].mean.add(c.difference.mean);
+            errors_[i].max.add(c.difference.max);
             errors_[i].unconverged += c.converged ? 0 : 1;
         }
         steps_.push_back(std::move(step));

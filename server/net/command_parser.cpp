@@ -20,6 +20,7 @@ constexpr std::int64_t max_id = (std::int64_t{1} << 53) - 1;
 constexpr std::int64_t max_pull = (std::int64_t{1} << 31) - 1;
 constexpr double max_coordinate = 1e6;  // [m]
 constexpr double max_gravity = 1e4;     // [m/s^2]
+constexpr int max_tets = 1 << 28;
 
 std::string number(double value) {
     std::string text = Json(value).dump();
@@ -131,6 +132,13 @@ const std::vector<std::pair<std::string_view, Reader>>& readers() {
         {"pull_end", [](Members& m) { return command::PullEnd{pull_number(m)}; }},
         {"gravity", [](Members& m) { return command::Gravity{m.vector("value", -max_gravity, max_gravity)}; }},
         {"tolerance", [](Members& m) { return command::Tolerance{m.real("value", 1e-6, 1)}; }},
+        {"budget",
+         [](Members& m) {
+             command::Budget budget;
+             if (m.has("tets")) budget.tets = static_cast<int>(m.integer("tets", 1, max_tets));
+             if (m.has("milliseconds")) budget.milliseconds = m.real("milliseconds", 0, 1e6);
+             return budget;
+         }},
     };
     return table;
 }

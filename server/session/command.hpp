@@ -41,11 +41,15 @@ struct Gravity {
 struct Tolerance {
     double value = 0;  // 1e-6..1
 };
+struct Budget {               ///< per step; replaces the scene's
+    int tets = 1 << 28;       // 1..2^28
+    double milliseconds = 0;  // 0..1e6; 0: no limit
+};
 }  // namespace command
 
 using Command =
     std::variant<command::Play, command::Pause, command::Reset, command::Step, command::Speed, command::PullBegin,
-                 command::PullMove, command::PullEnd, command::Gravity, command::Tolerance>;
+                 command::PullMove, command::PullEnd, command::Gravity, command::Tolerance, command::Budget>;
 
 /// Why a command changed nothing. `code` is one of the codes in server/PROTOCOL.md.
 struct CommandError {

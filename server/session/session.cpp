@@ -243,6 +243,11 @@ std::optional<CommandError> Session::apply(ClientId client, const Command& comma
                        tolerance_ = tolerance.value;
                        state_urgent_ = true;
                        return {};
+                   },
+                   [&](const command::Budget& budget) -> Result {
+                       simulation_->set_budget(static_cast<std::size_t>(budget.tets), budget.milliseconds);
+                       budget_ = budget;
+                       return {};
                    }},
         command);
 }
@@ -316,6 +321,7 @@ void Session::restart() {
             simulation_.emplace(model_);
             if (gravity_) simulation_->set_gravity(*gravity_);
             if (tolerance_) simulation_->set_tolerance(*tolerance_);
+            if (budget_) simulation_->set_budget(static_cast<std::size_t>(budget_->tets), budget_->milliseconds);
         }
     } catch (...) {
         break_down(text_of(std::current_exception()));

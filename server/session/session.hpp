@@ -118,6 +118,7 @@ class Session {
     std::map<ClientId, std::set<std::uint32_t>> pulls_;
     std::optional<Vec3> gravity_;  // set by a command: survives a restart
     std::optional<double> tolerance_;
+    std::optional<command::Budget> budget_;
     bool playing_;
     double speed_ = 1;
     int pending_steps_ = 0;

@@ -9,11 +9,11 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <numbers>
 
 #include "engine/simulation/simulation.hpp"
 #include "server/render/renderer.hpp"
 #include "server/render/sequence.hpp"
+#include "tests/support/hand.hpp"
 #include "tests/support/report.hpp"
 
 using namespace tetfront;
@@ -44,18 +44,10 @@ struct Run {
 Run run(const std::shared_ptr<const Model>& model, bool pulled) {
     Simulation simulation(model);
     Run result;
-    const auto& box = model->frame_model->rest_box;
-    const Vec3 low(box[0], box[1], box[2]), high(box[3], box[4], box[5]);
+    const Hand hand(*model);
     for (int i = 0; i < steps; ++i) {
         const auto start = std::chrono::steady_clock::now();
-        if (pulled) {
-            // A hand that grabs another point every second and swings it around.
-            const auto triangle = static_cast<std::uint32_t>(static_cast<std::size_t>(i / 60) * 397 % model->frame_model->triangles.size());
-            const double angle = 2 * std::numbers::pi * i / 45;
-            const Vec3 target = (low + high) / 2 + (high - low).maxCoeff() * Vec3(std::cos(angle), 0.6 + 0.4 * std::sin(2 * angle), std::sin(angle));
-            if (i % 60 == 0) simulation.begin_pull(1, {triangle, Vec3::Constant(1.0 / 3)}, target);
-            simulation.move_pull(1, target);
-        }
+        if (pulled) hand.move(simulation, i);
         const StepReport r = simulation.step();
         const auto frame = simulation.frame();
         result.milliseconds.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());

@@ -234,6 +234,8 @@ TEST_P(ElementsOfOrder, MassAndMomentumOfRigidMotion) {
     // Inertia of a 2 x 1 x 1 box of 2000 kg.
     const Vec3 inertia = 2000.0 / 12 * Vec3(2, 5, 5);
     EXPECT_LT((p.angular - centre.cross(p.linear) - inertia.cwiseProduct(spin)).norm(), 1e-7);
+    EXPECT_LT((body.elements.first_moment(tree.rest()) - 2000 * centre).norm(), 1e-8);
+    EXPECT_LT((body.elements.first_moment(v) - p.linear).norm(), 1e-8);
     EXPECT_NEAR(body.elements.kinetic_energy(v), 0.5 * 2000 * velocity.squaredNorm() + 0.5 * spin.dot(inertia.cwiseProduct(spin)), 1e-8);
 }
 

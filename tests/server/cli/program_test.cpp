@@ -7,11 +7,13 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <pugixml.hpp>
 
 namespace tetfront {
 namespace {
@@ -59,7 +61,7 @@ TEST_F(Program, ShowsVersionAndHelp) {
     EXPECT_EQ(version.status, 0);
     EXPECT_EQ(version.out.substr(0, 9), "tetfront ");
     for (const auto& arguments : std::vector<std::vector<std::string>>{
-             {"--help"}, {"serve", "--help"}, {"run", "--help"}, {"info", "--help"}}) {
+             {"--help"}, {"serve", "--help"}, {"run", "--help"}, {"study", "--help"}, {"info", "--help"}}) {
         const auto help = run(arguments);
         EXPECT_EQ(help.status, 0);
         EXPECT_NE(help.out.find("Exit status: 0 success"), std::string::npos) << help.out;
@@ -74,6 +76,19 @@ TEST_F(Program, WrongUsageIsStatus2AndOneLine) {
     expect_refusal(run({"run", scene_, "--steps", "x"}), 2, "steps");
     expect_refusal(run({"run", scene_, "--compare", "nothing"}), 2, "finest-quadratic");
     expect_refusal(run({"serve", scene_, "--port", "65536"}), 2, "port");
+    const auto refused_study = [&](const std::string& option, const std::string& value, const std::string& part) {
+        expect_refusal(run({"study", scene_, option, value, "--out", path("study")}), 2, part);
+        EXPECT_FALSE(std::filesystem::exists(path("study"))) << option << value;
+    };
+    refused_study("--orders", "3", "orders");
+    refused_study("--tolerances", "0.1,2", "tolerances");
+    refused_study("--budgets", "5s", "500");
+    refused_study("--budgets", "0", "500");
+    refused_study("--budgets", "-1ms", "5ms");
+    refused_study("--seconds", "1e-9", "seconds");
+    refused_study("--reference", "best", "finer");
+    refused_study("--set", "levels=0", "levels");
+    expect_refusal(run({"study", scene_, "--seconds", "1", "--steps", "5"}), 2, "excludes");
     expect_refusal(run({"serve", scene_, "--web", path("none")}), 2, "npm run build");
     expect_refusal(run({"serve", scene_, "--web", web_, "--host", "nowhere"}), 2, "--host");
 }
@@ -186,6 +201,49 @@ TEST_F(Program, RunWritesAReport) {
     EXPECT_GT(summary["compare"]["finest"]["time_ratio"], 0);
 }
 
+/// Fields of the lines of a CSV without commas in its fields.
+std::vector<std::vector<std::string>> read_csv(const std::string& file) {
+    std::vector<std::vector<std::string>> rows;
+    std::ifstream in(file);
+    for (std::string line, field; std::getline(in, line);) {
+        rows.emplace_back();
+        for (std::istringstream fields(line + ','); std::getline(fields, field, ',');) rows.back().push_back(field);
+    }
+    return rows;
+}
+
+TEST_F(Program, StudyWritesACsvAndAPicture) {
+    for (const std::string reference : {"finest", "finer"}) {
+        const std::string directory = path("a/" + reference);
+        const auto result = run({"study", scene_, "--set", "front.budget.tets=30", "--seconds", "0.1", "--tolerances", "0.01,0.1", "--budgets",
+                                 "none,40", "--out", directory, "--reference", reference});
+        ASSERT_EQ(result.status, 0) << result.err;
+        EXPECT_NE(result.out.find("study.svg"), std::string::npos) << result.out;
+        const auto rows = read_csv(directory + "/study.csv");
+        const std::size_t finer = reference == "finer";
+        ASSERT_EQ(rows.size(), 1 + finer + 2 + 2 * 2 * 2);  // head, reference, finest levels, orders x tolerances x budgets
+        const std::vector<std::string> head = {"front", "order", "tolerance", "budget_tets", "budget_milliseconds", "milliseconds_per_step", "tets_mean",
+                                               "tets_max", "error_mean", "error_max", "relative_error", "estimate", "cg_iterations_per_step",
+                                               "front_changed_per_step", "steps_in_trouble"};
+        EXPECT_EQ(rows[0], head);
+        for (const auto& row : rows) EXPECT_EQ(row.size(), head.size());
+        EXPECT_EQ(rows[1][0], finer ? "\"quadratic, one level finer\"" : "\"finest quadratic\"");
+        EXPECT_EQ(rows[1][8], "") << "the reference has no error";
+        EXPECT_EQ(rows[1][7], finer ? "192" : "24");
+        EXPECT_EQ(rows[2 + finer][0], "\"finest linear\"");
+        EXPECT_EQ(rows[2 + finer][7], "192") << "the scene's budget does not stop the finest level";
+        for (std::size_t i = 2; i < rows.size(); ++i) {
+            EXPECT_GT(std::stod(rows[i][5]), 0);
+            EXPECT_GE(std::stod(rows[i][9]), std::stod(rows[i][8]));
+            if (rows[i][3] == "40") EXPECT_LE(std::stod(rows[i][7]), 40);
+        }
+        pugi::xml_document svg;
+        ASSERT_TRUE(svg.load_file((directory + "/study.svg").c_str()));
+        EXPECT_STREQ(svg.child("svg").child("title").text().get(), "Speed against error: beam");
+        EXPECT_EQ(svg.select_nodes("//polyline").size(), 4U) << "a line for each order and budget";
+    }
+}
+
 TEST_F(Program, TheFinestFrontAgainstItselfHasNoError) {
     const auto result = run({"run", scene_, "--steps", "3", "--report", path("out.json"), "--compare", "finest",
                              "--set", "front.order=1", "--set", "front.min_level=1"});
@@ -196,6 +254,9 @@ TEST_F(Program, TheFinestFrontAgainstItselfHasNoError) {
 TEST_F(Program, OutputThatCannotBeWrittenIsStatus4) {
     expect_refusal(run({"run", scene_, "--steps", "1", "--report", path("none/out.json")}), 4, "out.json");
     expect_refusal(run({"run", scene_, "--steps", "1", "--report", folder_.path().string()}), 4, "cannot be written");
+    expect_refusal(run({"study", scene_, "--out", scene_}), 4, "beam.json");
+    std::filesystem::create_directories(path("taken/study.svg"));
+    expect_refusal(run({"study", scene_, "--out", path("taken")}), 4, "study.svg");
     ChildProcess full({TETFRONT_PROGRAM, "info", scene_}, "/dev/full");
     EXPECT_EQ(full.wait().status, 4);
 }

@@ -28,6 +28,12 @@ TEST(CommandParser, ReadsEveryCommand) {
     EXPECT_EQ(accepted<command::Step>(R"({"id": 7, "command": "step", "count": 1000})").count, 1000);
     EXPECT_EQ(accepted<command::Speed>(R"({"id": 7, "command": "speed", "value": 0.25})").value, 0.25);
     EXPECT_EQ(accepted<command::Tolerance>(R"({"id": 7, "command": "tolerance", "value": 1e-6})").value, 1e-6);
+    const auto budget = accepted<command::Budget>(R"({"id": 7, "command": "budget", "tets": 1, "milliseconds": 2.5})");
+    EXPECT_EQ(budget.tets, 1);
+    EXPECT_EQ(budget.milliseconds, 2.5);
+    const auto unlimited = accepted<command::Budget>(R"({"id": 7, "command": "budget"})");
+    EXPECT_EQ(unlimited.tets, 1 << 28);
+    EXPECT_EQ(unlimited.milliseconds, 0);
     EXPECT_EQ(accepted<command::Gravity>(R"({"id": 7, "command": "gravity", "value": [0, -1.5, 1e4]})").value,
               Vec3(0, -1.5, 1e4));
 
@@ -131,6 +137,11 @@ INSTANTIATE_TEST_SUITE_P(
                     Refusal{R"({"id": 7, "command": "speed", "value": -1e-320})", "out_of_range", "/value"},
                     Refusal{R"({"id": 7, "command": "speed", "value": null})", "wrong_type", "/value"},
                     Refusal{R"({"id": 7, "command": "tolerance", "value": 1.001})", "out_of_range", "/value"},
+                    Refusal{R"({"id": 7, "command": "budget", "tets": 0})", "out_of_range", "/tets"},
+                    Refusal{R"({"id": 7, "command": "budget", "tets": 268435457})", "out_of_range", "/tets"},
+                    Refusal{R"({"id": 7, "command": "budget", "tets": 1e3})", "wrong_type", "/tets"},
+                    Refusal{R"({"id": 7, "command": "budget", "milliseconds": -1})", "out_of_range", "/milliseconds"},
+                    Refusal{R"({"id": 7, "command": "budget", "value": 5})", "unknown_key", "/value"},
                     Refusal{R"({"id": 7, "command": "gravity", "value": [0, 1e308, 0]})", "out_of_range", "/value/1"},
                     Refusal{R"({"id": 7, "command": "gravity", "value": [0, 0]})", "wrong_type", "/value"},
                     Refusal{R"({"id": 7, "command": "gravity", "value": [0, 0, "x"]})", "wrong_type", "/value/2"},

@@ -10,6 +10,7 @@
 #include <functional>
 #include <future>
 #include <mutex>
+#include <numeric>
 #include <thread>
 #include <vector>
 
@@ -149,6 +150,27 @@ TEST(Session, SettingsReachTheSimulationAndSurviveAReset) {
     float most = 0;
     for (const auto& p : s.frame->surface) most = std::max(most, p[1]);
     EXPECT_GT(most, 1.001F) << "the beam falls sideways";
+}
+
+TEST(Session, ABudgetActsLiveAndSurvivesAReset) {
+    Scene scene = box_scene();
+    scene.levels = 3;
+    TestSession s(false, scene);
+    ASSERT_TRUE(s.wait([&] { return s.frame != nullptr; }));
+    const auto tets_after = [&](std::uint64_t step) {
+        EXPECT_FALSE(s.send(command::Step{10}));
+        EXPECT_TRUE(s.wait([&] { return s.state.status.step == step; }));
+        return s.look([&] { return std::accumulate(s.state.tets_by_level.begin(), s.state.tets_by_level.end(), 0U); });
+    };
+    EXPECT_FALSE(s.send(command::Tolerance{1e-6}));
+    EXPECT_FALSE(s.send(command::Budget{.tets = 60}));
+    const unsigned limited = tets_after(10);
+    EXPECT_LE(limited, 60U);
+    EXPECT_GT(limited, 24U);
+    EXPECT_FALSE(s.send(command::Reset{}));
+    EXPECT_LE(tets_after(10), 60U);
+    EXPECT_FALSE(s.send(command::Budget{}));
+    EXPECT_GT(tets_after(20), 60U);
 }
 
 TEST(Session, PullsBelongToTheirClientAndEndWithIt) {
