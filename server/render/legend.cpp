@@ -64,7 +64,8 @@ void Page::header(const Frame& frame, const std::string& title) {
     const auto& counts = frame.topology->tets_by_level;
     const std::uint64_t tets = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
     std::string numbers = "t = " + number("%.2f", status.time) + " s   ·   " + with_thousands(tets) + " tets";
-    if (status.estimate > 0) numbers += "   ·   error estimate " + number("%.2g", 100 * status.estimate) + " %";
+    if (status.estimate > 1e-6)  // at rest there is nothing but rounding
+        numbers += "   ·   error estimate " + number("%.2g", 100 * status.estimate) + " %";
     double force = 0;
     for (const FramePull& pull : frame.pulls) force += static_cast<double>(pull.force);
     if (!frame.pulls.empty()) numbers += "   ·   pull " + number("%.3g", force) + " N";

@@ -78,7 +78,7 @@ struct Renderer::Impl {
     std::vector<std::uint8_t> samples;  // read back: RGBA, bottom-up
 
     void draw_tile(const Tile& tile, const View& view, const Projection& projection, const Studio& studio, float size);
-    void draw_lines(const Tile& tile, const View& view, const Projection& projection, const Matrix4f& clip);
+    void draw_lines(const Tile& tile, const View& view, const Projection& projection, const Matrix4f& clip, float size);
     void resolve(const Tile& tile, const View& view, Image& image);
 };
 
@@ -103,7 +103,7 @@ Image Renderer::render(const Frame& frame, const View& view, const std::string& 
     if (view.floor) floor = static_cast<float>(*view.floor);
     if (impl_->buffers.has_solids()) {
         impl_->shadows.draw(impl_->buffers, studio, box, size, floor);
-        impl_->visibility.draw(impl_->buffers, view, projected.clip_from_eye, studio, impl_->shadows, size);
+        impl_->visibility.draw(impl_->buffers, view, projected.clip_from_eye, studio, impl_->shadows, box, size);
     }
 
     Image image(view.width, view.height, view.background == Background::transparent ? 4 : 3);
@@ -171,10 +171,11 @@ void Renderer::Impl::draw_tile(const Tile& tile, const View& view, const Project
         buffers.draw_surface();
         buffers.draw_arrows();
     }
-    draw_lines(tile, view, projected, clip);
+    draw_lines(tile, view, projected, clip, size);
 }
 
-void Renderer::Impl::draw_lines(const Tile& tile, const View& view, const Projection& projected, const Matrix4f& clip) {
+void Renderer::Impl::draw_lines(const Tile& tile, const View& view, const Projection& projected, const Matrix4f& clip,
+                                float size) {
     glEnable(GL_BLEND);
     glDepthMask(GL_FALSE);
     const double scale = std::max(1.0, std::sqrt(view.height / 720.0)) * view.supersampling;
@@ -182,7 +183,8 @@ void Renderer::Impl::draw_lines(const Tile& tile, const View& view, const Projec
     lines.set("clip_from_world", clip);
     lines.set("tile_samples", Eigen::Vector2f(static_cast<float>(tile.width), static_cast<float>(tile.height)));
     lines.set("half_width", static_cast<float>(line_half_width * scale));
-    lines.set("bias", 4e-4F);
+    lines.set("eye", Vector3f(view.eye.cast<float>()));
+    lines.set("bias", 0.004F * size);
     lines.set("near_plane", projected.near_plane);
     // Without a surface the far side shows through: fade it.
     const float far_side = projected.far_plane;

@@ -262,7 +262,7 @@ void main() {
     float a2 = 0.031, nh = max(0.0, dot(n, h)), d = nh * nh * (a2 - 1.0) + 1.0;
     float gloss = 0.04 * a2 / (pi * d * d) * 0.9;
     float rim = fresnel * ambient * (0.16 + 0.5 * max(0.0, dot(n, rim_light)));
-    vec3 c = albedo * light + vec3(gloss * key + rim * 0.55);
+    vec3 c = albedo * light + vec3(0.8 * gloss * key + 0.4 * rim);
     c = mix(c, 0.72 + 0.28 * (1.0 - exp((0.72 - c) / 0.28)), step(0.72, c));   // soft shoulder instead of clipping
     result = vec4(encode(clamp(c, 0.0, 1.0)), 1.0);
 })glsl";
@@ -275,13 +275,15 @@ layout(location = 2) in vec4 colour;
 uniform mat4 clip_from_world;
 uniform vec2 tile_samples;
 uniform float half_width;        // [samples]
-uniform float bias;              // towards the eye, in clip depth
+uniform vec3 eye;
+uniform float bias;              // [m] towards the eye, so that edges on the surface are not half buried in it
 uniform float near_plane;
 uniform vec2 fade;               // eye distances: opaque before the first, weakest after the second
 out float across;                // [samples] from the segment's middle
 out vec4 ink;
 void main() {
-    vec4 p = clip_from_world * vec4(a, 1.0), q = clip_from_world * vec4(b, 1.0);
+    vec4 p = clip_from_world * vec4(a + bias * normalize(eye - a), 1.0);
+    vec4 q = clip_from_world * vec4(b + bias * normalize(eye - b), 1.0);
     // Behind the eye the division below means nothing: cut at the near plane (w is the distance along the axis).
     if (p.w < near_plane) p = mix(p, q, (near_plane - p.w) / max(q.w - p.w, 1e-9));
     else if (q.w < near_plane) q = mix(q, p, (near_plane - q.w) / max(p.w - q.w, 1e-9));
@@ -295,7 +297,6 @@ void main() {
     vec2 offset = (vec2(-way.y, way.x) * across + ((gl_VertexID & 1) == 0 ? -way : way) * 0.5 * half_width);
     ink = vec4(colour.rgb, colour.a * mix(1.0, 0.25, smoothstep(fade.x, fade.y, end.w)));
     end.xy += offset / (0.5 * tile_samples) * end.w;
-    end.z -= bias * end.w;
     gl_Position = end;
 })glsl";
 inline constexpr const char* line_fragment = R"glsl(

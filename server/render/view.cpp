@@ -87,7 +87,7 @@ std::optional<double> floor_height(const Model& model) {
         ++lowest;
         pinned += model.pinned[v] ? 1 : 0;
     }
-    return 2 * pinned >= lowest ? low : low - 0.5 * std::max(height, 0.5 * model.size);
+    return 2 * pinned >= lowest ? low : low - std::max(0.5 * height, 0.6 * model.size);
 }
 
 void fit_camera(View& view, const std::array<float, 6>& box, double margin) {

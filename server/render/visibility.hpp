@@ -4,7 +4,8 @@
 //     visibility.draw(buffers, view, clip_from_eye, studio, shadows, size);
 //     program.set_texture("visibility", 0, GL_TEXTURE_2D, visibility.texture());     // R sky, G key light: 0..1
 //
-// Computed at the picture's own resolution (at most 2048 a side: it is smooth), not per sample.
+// Computed at the picture's own resolution (at most 2048 a side: it is smooth), not per sample, and only where the
+// object's box is; elsewhere the texture holds anything.
 
 #include "server/render/frame_buffers.hpp"
 #include "server/render/gl.hpp"
@@ -16,7 +17,7 @@ class Visibility {
  public:
     Visibility();
 
-    /// clip_from_eye: of the whole picture. size [m]: scales the reach.
+    /// clip_from_eye: of the whole picture. box: of everything solid. size [m]: scales the reach.
     void draw(const FrameBuffers& buffers, const View& view, const Eigen::Matrix4f& clip_from_eye, const Studio& studio,
               const Shadows& shadows, float size);
     [[nodiscard]] GLuint texture() const { return blurred_.id(); }

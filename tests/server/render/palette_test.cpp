@@ -41,14 +41,14 @@ Linear multiply(const std::array<Linear, 3>& m, const Linear& v) {
 /// Oklab (Ottosson 2020): lightness and two colour axes in which distances are about as large as they look.
 Linear oklab(const Linear& rgb) {
     Linear cones = multiply({{{0.4122214708, 0.5363325363, 0.0514459929},
-                           {0.2119034982, 0.6806995451, 0.1073969566},
-                           {0.0883024619, 0.2817188376, 0.6299787005}}},
-                         rgb);
+                              {0.2119034982, 0.6806995451, 0.1073969566},
+                              {0.0883024619, 0.2817188376, 0.6299787005}}},
+                            rgb);
     for (double& x : cones) x = std::cbrt(std::max(x, 0.0));
     return multiply({{{0.2104542553, 0.7936177850, -0.0040720468},
-                   {1.9779984951, -2.4285922050, 0.4505937099},
-                   {0.0259040371, 0.7827717662, -0.8086757660}}},
-                 cones);
+                      {1.9779984951, -2.4285922050, 0.4505937099},
+                      {0.0259040371, 0.7827717662, -0.8086757660}}},
+                    cones);
 }
 
 double distance(const Linear& a, const Linear& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
