@@ -35,12 +35,6 @@ SurfaceMesh leaf_boundary(const TetTree& tree) {
     return boundary_surface(leaves);
 }
 
-bool inside(const Region& region, const Vec3& p) {
-    if (const auto* box = std::get_if<Box>(&region)) return (p.array() >= box->low.array()).all() && (p.array() <= box->high.array()).all();
-    const auto& half = std::get<HalfSpace>(region);
-    return (p - half.point).dot(half.normal) <= 0;
-}
-
 Eigen::AlignedBox3d bounds(const TetTree& tree) {
     Eigen::AlignedBox3d box;
     for (VertexId v : ids<VertexId>(tree.vertex_count(0))) box.extend(tree.rest(v));
@@ -80,7 +74,7 @@ std::vector<AttachedForce> attach_forces(const Scene& scene, const Surface& surf
         const ForceSpec& spec = scene.forces[i];
         std::vector<std::size_t> vertices;
         for (std::size_t s = 0; s < surface.mesh.positions.size(); ++s)
-            if (inside(spec.region, surface.mesh.positions[s])) vertices.push_back(s);
+            if (contains(spec.region, surface.mesh.positions[s])) vertices.push_back(s);
         if (vertices.empty()) {
             throw InputError(scene.file.string(), "/forces/" + std::to_string(i), "has no surface vertex in its region",
                              "move or enlarge the region");
@@ -146,7 +140,7 @@ std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress) 
     PerVertex<std::uint8_t> pinned(tree.vertex_count(), 0);
     bool has_pins = false;
     for (VertexId v : ids<VertexId>(tree.vertex_count())) {
-        pinned[v] = std::ranges::any_of(scene.pins, [&](const Region& r) { return inside(r, tree.rest(v)); });
+        pinned[v] = std::ranges::any_of(scene.pins, [&](const Region& r) { return contains(r, tree.rest(v)); });
         has_pins = has_pins || pinned[v];
     }
     if (!scene.pins.empty() && !has_pins)
