@@ -35,7 +35,8 @@ void limit_to(const Eigen::AlignedBox3f& box, const Eigen::Matrix4f& clip_from_w
 }  // namespace
 
 Visibility::Visibility()
-    : eye_("eye", version + shaders::eye_vertex, version + shaders::eye_fragment),
+    : eye_("eye", version + shaders::cut_vertex + shaders::eye_vertex,
+           version + shaders::cut_fragment + shaders::eye_fragment),
       visibility_("visibility", version + shaders::full_screen_vertex,
                   version + shaders::common + shaders::visibility_fragment),
       blur_("visibility blur", version + shaders::full_screen_vertex, version + shaders::visibility_blur_fragment) {}
@@ -61,6 +62,8 @@ void Visibility::draw(const FrameBuffers& buffers, const View& view, const Eigen
     eye_.use();
     eye_.set("eye_from_world", eye);
     eye_.set("clip_from_eye", clip_from_eye);
+    eye_.set("eye_position", Eigen::Vector3f(view.eye.cast<float>()));
+    eye_.set("cut", buffers.cut());
     buffers.draw_surface();
     buffers.draw_arrows();
 

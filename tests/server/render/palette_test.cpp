@@ -1,9 +1,12 @@
 #include "server/render/palette.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <span>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -68,6 +71,10 @@ TEST(Palette, HasTheNumbersThatTheBrowserHas) {
     ASSERT_EQ(file["stiffness"].size(), stiffness_colours.size());
     for (std::size_t i = 0; i < stiffness_colours.size(); ++i)
         EXPECT_EQ(hex(stiffness_colours[i]), file["stiffness"][i]);
+    ASSERT_EQ(file["field"].size(), field_colours.size());
+    for (std::size_t i = 0; i < field_colours.size(); ++i) EXPECT_EQ(hex(field_colours[i]), file["field"][i]);
+    ASSERT_EQ(file["error"].size(), error_colours.size());
+    for (std::size_t i = 0; i < error_colours.size(); ++i) EXPECT_EQ(hex(error_colours[i]), file["error"][i]);
     EXPECT_EQ(hex(pull_colour), file["pull"]);
     ASSERT_FALSE(file["samples"].empty());
     for (const auto& sample : file["samples"]) {
@@ -97,6 +104,20 @@ TEST(Palette, LevelsAreOrderedByLightnessAndDistinctToEveryEye) {
             const Linear b = oklab(multiply(vision, linear(level_colours[i + 1])));
             EXPECT_GT(b[0], a[0]) << "lightness of levels " << i << " and " << i + 1 << ", " << who;
             EXPECT_GT(distance(a, b), 0.045) << "levels " << i << " and " << i + 1 << ", " << who;
+        }
+    }
+}
+
+TEST(Palette, FieldsGrowLighterInEvenSteps) {
+    for (const auto& [who, vision] : eyes) {
+        for (const std::span<const Rgb> map : {std::span<const Rgb>(field_colours), std::span<const Rgb>(error_colours)}) {
+            std::vector<double> steps;
+            for (std::size_t i = 0; i + 1 < map.size(); ++i) {
+                const Linear a = oklab(multiply(vision, linear(map[i]))), b = oklab(multiply(vision, linear(map[i + 1])));
+                EXPECT_GT(b[0], a[0]) << "stops " << i << " and " << i + 1 << ", " << who;
+                steps.push_back(distance(a, b));
+            }
+            EXPECT_LT(*std::ranges::max_element(steps), 3.5 * *std::ranges::min_element(steps)) << who;
         }
     }
 }
