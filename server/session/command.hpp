@@ -41,11 +41,14 @@ struct Gravity {
 struct Tolerance {
     double value = 0;  // 1e-6..1
 };
+struct Seek {         ///< to another moment of a recording; a simulation refuses
+    double time = 0;  // [s] >= 0
+};
 }  // namespace command
 
 using Command =
     std::variant<command::Play, command::Pause, command::Reset, command::Step, command::Speed, command::PullBegin,
-                 command::PullMove, command::PullEnd, command::Gravity, command::Tolerance>;
+                 command::PullMove, command::PullEnd, command::Gravity, command::Tolerance, command::Seek>;
 
 /// Why a command changed nothing. `code` is one of the codes in server/PROTOCOL.md.
 struct CommandError {
