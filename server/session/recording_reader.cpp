@@ -148,7 +148,7 @@ void Recording::scan() {
     FileHeader header;
     const FileHeader expected;
     const bool whole = static_cast<bool>(bytes_->read(reinterpret_cast<char*>(&header), sizeof header));
-    if (!whole || header.magic != expected.magic)
+    if (!whole || header.magic != expected.magic || header.zero != 0)
         throw InputError(source_, "", "is not a recording", "give a file that tetfront record has written");
     if (header.version != recording_version)
         throw InputError(source_, "", "is a recording of version " + std::to_string(header.version),
@@ -162,7 +162,7 @@ void Recording::scan() {
         bytes_->seekg(static_cast<std::streamoff>(at));
         if (!bytes_->read(reinterpret_cast<char*>(&chunk), sizeof chunk)) break;
         const Chunk place{at + sizeof chunk, chunk.size};
-        if (chunk.size > largest_payload || chunk.size > file_size - place.offset) break;
+        if (chunk.zero != 0 || chunk.size > largest_payload || chunk.size > file_size - place.offset) break;
         const std::string payload = read(place);
         if (checksum_of(chunk.kind, chunk.size).add(std::string_view(payload)).value() != chunk.checksum) break;
         at = place.offset + chunk.size;

@@ -25,7 +25,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     try {
         Recording recording(std::make_unique<std::istringstream>(std::move(bytes)), "fuzz");
-        for (std::size_t i = recording.frame_count(); i-- > 0;) recording.frame(i);
+        for (std::size_t i = recording.frame_count(); i-- > 0;) static_cast<void>(recording.frame(i));
     } catch (const InputError&) {
         return 0;
     }

@@ -219,7 +219,7 @@ TEST(Recording, HostileContentsAreRefused) {
     const std::string bytes = read_all(folder.path() / "run.tfr");
     const auto use = [](const std::string& all) {
         Recording run = from_bytes(all);
-        for (std::size_t i = 0; i < run.frame_count(); ++i) run.frame(i);
+        for (std::size_t i = 0; i < run.frame_count(); ++i) EXPECT_NE(run.frame(i), nullptr);
     };
     EXPECT_NO_THROW(use(planted(bytes, 3, 0, 77))) << "an epoch may be any number";
     EXPECT_THROW(use(planted(bytes, 2, 0, 3)), InputError) << "up axis";
