@@ -34,44 +34,38 @@ Side side_of(bool all_inside, bool all_outside) {
     return all_inside ? Side::inside : all_outside ? Side::outside : Side::cut;
 }
 
-bool contains(const SphereShape& s, const Vec3& x) { return (x - s.centre).squaredNorm() <= s.radius * s.radius; }
-bool contains(const BoxShape& s, const Vec3& x) {
-    return (x.array() >= s.low.array()).all() && (x.array() <= s.high.array()).all();
-}
-bool contains(const HalfSpaceShape& s, const Vec3& x) { return (x - s.point).dot(s.normal) <= 0; }
-
-Side relation(const SphereShape& s, const Eigen::AlignedBox3d& box) {
+Side relation(const Sphere& s, const Eigen::AlignedBox3d& box) {
     const Vec3 farthest = (s.centre - box.min()).cwiseAbs().cwiseMax((s.centre - box.max()).cwiseAbs());
     return side_of(farthest.norm() <= s.radius, box.exteriorDistance(s.centre) > s.radius);
 }
-Side relation(const BoxShape& s, const Eigen::AlignedBox3d& box) {
+Side relation(const Box& s, const Eigen::AlignedBox3d& box) {
     const Eigen::AlignedBox3d shape(s.low, s.high);
     return side_of(shape.contains(box), !shape.intersects(box));
 }
-Side relation(const HalfSpaceShape& s, const Eigen::AlignedBox3d& box) {
+Side relation(const HalfSpace& s, const Eigen::AlignedBox3d& box) {
     const double centre = (box.center() - s.point).dot(s.normal);
     const double reach = 0.5 * box.sizes().dot(s.normal.cwiseAbs());
     return side_of(centre + reach <= 0, centre - reach > 0);
 }
 
-void validate(const SphereShape& s, const std::string& name) {
+void validate(const Sphere& s, const std::string& name) {
     if (!(s.radius > 0) || !std::isfinite(s.radius) || !s.centre.allFinite())
         throw InputError("", name, "has radius " + std::to_string(s.radius), "use a finite radius above 0");
 }
-void validate(const BoxShape& s, const std::string& name) {
+void validate(const Box& s, const std::string& name) {
     if (!(s.low.array() < s.high.array()).all() || s.low.hasNaN() || s.high.hasNaN())
         throw InputError("", name, "is an empty box", "low must be below high along each axis");
 }
-void validate(const HalfSpaceShape& s, const std::string& name) {
+void validate(const HalfSpace& s, const std::string& name) {
     if (!(s.normal.norm() > 0) || !s.normal.allFinite() || !s.point.allFinite())
         throw InputError("", name, "has no direction", "use a finite normal that is not zero");
 }
 
-void hash_shape(Hash& hash, const SphereShape& s) { hash.add("sphere").add_bytes(s.centre.data(), 24).add(s.radius); }
-void hash_shape(Hash& hash, const BoxShape& s) {
+void hash_shape(Hash& hash, const Sphere& s) { hash.add("sphere").add_bytes(s.centre.data(), 24).add(s.radius); }
+void hash_shape(Hash& hash, const Box& s) {
     hash.add("box").add_bytes(s.low.data(), 24).add_bytes(s.high.data(), 24);
 }
-void hash_shape(Hash& hash, const HalfSpaceShape& s) {
+void hash_shape(Hash& hash, const HalfSpace& s) {
     hash.add("half-space").add_bytes(s.point.data(), 24).add_bytes(s.normal.data(), 24);
 }
 
@@ -85,13 +79,13 @@ class Shapes : public ZoneFunction {
     }
     int zone(const Vec3& x, TetId) const override {
         for (const ZoneShape& s : shapes_) {
-            if (std::visit([&](const auto& shape) { return contains(shape, x); }, s.shape)) return s.zone;
+            if (contains(s.region, x)) return s.zone;
         }
         return background_;
     }
     bool one_zone_within(const Eigen::AlignedBox3d& box, TetId) const override {
         for (const ZoneShape& s : shapes_) {
-            const Side side = std::visit([&](const auto& shape) { return relation(shape, box); }, s.shape);
+            const Side side = std::visit([&](const auto& shape) { return relation(shape, box); }, s.region);
             if (side != Side::outside) return side == Side::inside;
         }
         return true;
@@ -100,7 +94,7 @@ class Shapes : public ZoneFunction {
         hash.add("shapes").add(background_);
         for (const ZoneShape& s : shapes_) {
             hash.add(s.zone);
-            std::visit([&](const auto& shape) { hash_shape(hash, shape); }, s.shape);
+            std::visit([&](const auto& shape) { hash_shape(hash, shape); }, s.region);
         }
     }
 
@@ -183,7 +177,7 @@ Zones layers(int axis, std::vector<double> boundaries) {
 
 Zones shapes(std::vector<ZoneShape> list, int background_zone) {
     for (std::size_t i = 0; i < list.size(); ++i) {
-        std::visit([&](const auto& shape) { validate(shape, "shapes/" + std::to_string(i)); }, list[i].shape);
+        std::visit([&](const auto& shape) { validate(shape, "shapes/" + std::to_string(i)); }, list[i].region);
     }
     return std::make_shared<Shapes>(std::move(list), background_zone);
 }

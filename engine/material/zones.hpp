@@ -3,11 +3,12 @@
 // the input mesh.
 //
 //     Zones bands = layers(0, {1, 2, 3});                       // zone 0 below x = 1, 1 from 1 to 2, 2, 3
-//     Zones core = shapes({{SphereShape{{0, 0, 0}, 0.5}, 1, 0}}, 0);
+//     Zones core = shapes({{Sphere{{0, 0, 0}, 0.5}, 1, 0}}, 0);
 //     Zones organ = labels(image, {{1, 0}, {2, 1}, {0, 0}}, 0);  // image label -> zone
 //     bands->zone(x, root)
 
 #include "engine/base/hash.hpp"
+#include "engine/base/region.hpp"
 #include "engine/base/types.hpp"
 #include "engine/material/voxel_image.hpp"
 
@@ -15,7 +16,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <variant>
 #include <vector>
 
 namespace tetfront {
@@ -35,19 +35,8 @@ using Zones = std::shared_ptr<const ZoneFunction>;
 /// Zone i is where boundaries[i - 1] <= x[axis] < boundaries[i]. Throws InputError unless the boundaries ascend.
 Zones layers(int axis, std::vector<double> boundaries);
 
-struct SphereShape {
-    Vec3 centre;
-    double radius;  // [m] > 0
-};
-struct BoxShape {
-    Vec3 low, high;  // [m]
-};
-/// Points p with (p - point) . normal <= 0.
-struct HalfSpaceShape {
-    Vec3 point, normal;
-};
 struct ZoneShape {
-    std::variant<SphereShape, BoxShape, HalfSpaceShape> shape;
+    Region region;
     int zone = 0;
     int priority = 0;  // the highest wins; of equals, the one later in the list
 };

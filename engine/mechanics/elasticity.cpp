@@ -68,19 +68,13 @@ class Estimation {
         const bool brackets =
             std::any_of(numbers_.begin(), numbers_.end(), [](const Numbers& n) { return n.upper != n.lower; });
         const bool ends = ranges_.size() > 1;
-        result.elasticity.resize(count);
-        if (brackets) result.bracket.resize(count);
-        if (ends) result.valid_range.resize(count);
-        parallel_for(count, 4096, [&](std::size_t begin, std::size_t end) {
-            for (TetId t : ids<TetId>(static_cast<std::int64_t>(begin), static_cast<std::int64_t>(end))) {
-                const Numbers& n = numbers_[t];
-                result.elasticity[t] = pool_[n.c];
-                if (ends) result.valid_range[t] = ranges_[n.range];
-                if (!brackets || n.upper == n.lower) continue;
-                for (std::size_t i = 0; i < 21; ++i)
-                    result.bracket[t].upper[i] = pool_[n.upper].upper[i] - pool_[n.lower].upper[i];
-            }
-        });
+        result.elasticity = pooled_elasticity();
+        if (brackets) result.bracket = pooled_brackets();
+        if (ends) {
+            std::vector<Number> numbers(count);
+            std::transform(numbers_.begin(), numbers_.end(), numbers.begin(), [](const Numbers& n) { return n.range; });
+            result.valid_range = {std::move(ranges_), std::move(numbers)};
+        }
         return result;
     }
 
@@ -100,6 +94,35 @@ class Estimation {
         bool fitted = true;
     };
 
+    /// The estimates without the bounds that stand among them in the pool.
+    [[nodiscard]] PooledPerTet<Sym6> pooled_elasticity() const {
+        constexpr Number none = ~Number{0};
+        std::vector<Number> place(pool_.size(), none), numbers;
+        std::vector<Sym6> values;
+        numbers.reserve(numbers_.size());
+        for (const Numbers& n : numbers_) {
+            if (place[n.c] == none) {
+                place[n.c] = static_cast<Number>(values.size());
+                values.push_back(pool_[n.c]);
+            }
+            numbers.push_back(place[n.c]);
+        }
+        return {std::move(values), std::move(numbers)};
+    }
+    [[nodiscard]] PooledPerTet<Sym6> pooled_brackets() const {
+        std::vector<Sym6> values = {Sym6{}};
+        std::vector<Number> numbers(numbers_.size(), 0);
+        for (TetId t : ids<TetId>(numbers_.size())) {
+            const Numbers& n = numbers_[t];
+            if (n.upper == n.lower) continue;
+            Sym6 bracket;
+            for (std::size_t i = 0; i < 21; ++i)
+                bracket.upper[i] = pool_[n.upper].upper[i] - pool_[n.lower].upper[i];
+            if (values.back() != bracket) values.push_back(bracket);
+            numbers[t.index()] = static_cast<Number>(values.size() - 1);
+        }
+        return {std::move(values), std::move(numbers)};
+    }
     [[nodiscard]] TetId leaf(std::size_t i) const { return TetId(static_cast<std::int64_t>(first_leaf_ + i)); }
     Number add(const Sym6& c) {
         pool_.push_back(c);
@@ -226,7 +249,7 @@ ElasticityMatrices estimate_elasticity(const TetTree& tree, const LeafMaterials&
                                      [&](const Sym6& leaf) { return leaf == leaves.elasticity.front(); });
     ElasticityMatrices matrices;
     if (uniform && settings.problem != CellProblem::isolated) {
-        matrices.elasticity.assign(tree.tet_count(), leaves.elasticity.front());
+        matrices.elasticity = {tree.tet_count(), leaves.elasticity.front()};
     } else {
         matrices = Estimation(tree, leaves, settings).run(progress);
         if (uniform) matrices.bracket = {};

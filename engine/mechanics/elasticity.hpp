@@ -11,6 +11,7 @@
 //     Mat6 C = matrices.elasticity[t].matrix();        // [Pa]
 //     PerTet<double> density = coarse_density(tree, leaves);
 
+#include "engine/base/pooled.hpp"
 #include "engine/base/types.hpp"
 #include "engine/base/voigt.hpp"
 #include "engine/material/stiffness.hpp"
@@ -53,14 +54,14 @@ struct LevelReport {
 };
 
 struct ElasticityMatrices {
-    PerTet<Sym6> elasticity;  // [T] C [Pa], symmetric positive definite
+    PooledPerTet<Sym6> elasticity;  // [T] C [Pa], symmetric positive definite
     /// [T] C_average - C_uniform_stress [Pa], both carried up from the leaves, positive semidefinite: what a coarse tet
     /// does not know about its material. Zero for leaves and wherever the material is uniform. Empty when it is
     /// zero everywhere.
-    PerTet<Sym6> bracket;
+    PooledPerTet<Sym6> bracket;
     /// [T] valid range of each Voigt strain component, [Imai] eq. (6): {min, max}; infinite where the linear law holds.
     /// Empty: all infinite. A parent's range never promises more than its children's do.
-    PerTet<StrainRange> valid_range;
+    PooledPerTet<StrainRange> valid_range;
     /// [T] Rayleigh coefficients [1/s], [s]; empty: all 0. Mass damping is the leaves' mean weighted by mass; stiffness
     /// damping is weighted by the energy that each child holds in the relaxed cell, so that the parent dissipates what
     /// its children would.

@@ -2,6 +2,7 @@
 
 #include "engine/base/hash.hpp"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -23,7 +24,7 @@ namespace tetfront {
 namespace {
 
 /// Bump whenever the layout below or any result changes.
-constexpr std::uint64_t format_version = 1;
+constexpr std::uint64_t format_version = 2;
 constexpr std::array<char, 8> magic = {'t', 'e', 't', 'f', 'r', 'C', '\r', '\n'};
 
 struct Header {
@@ -62,6 +63,11 @@ class Writer {
     void vector(const std::vector<T>& v) {
         value<std::uint64_t>(v.size());
         bytes.append(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(T));
+    }
+    template <class T>
+    void pooled(const PooledPerTet<T>& v) {
+        vector(v.values());
+        runs(v.numbers());
     }
     /// Consecutive equal values once, with their number.
     template <class T>
@@ -102,6 +108,15 @@ class Reader {
         return true;
     }
     template <class T>
+    bool pooled(PooledPerTet<T>& v, std::size_t most) {
+        std::vector<T> values;
+        std::vector<std::uint32_t> numbers;
+        if (!vector(values) || !runs(numbers, most)) return false;
+        if (std::any_of(numbers.begin(), numbers.end(), [&](std::uint32_t n) { return n >= values.size(); })) return false;
+        v = {std::move(values), std::move(numbers)};
+        return true;
+    }
+    template <class T>
     bool runs(std::vector<T>& v, std::size_t most) {
         std::vector<T> values;
         std::vector<std::uint32_t> lengths;
@@ -126,9 +141,9 @@ class Reader {
 
 std::string pack(const CoarseMaterials& m) {
     Writer w;
-    w.runs(m.matrices.elasticity);
-    w.runs(m.matrices.bracket);
-    w.runs(m.matrices.valid_range);
+    w.pooled(m.matrices.elasticity);
+    w.pooled(m.matrices.bracket);
+    w.pooled(m.matrices.valid_range);
     w.runs(m.matrices.mass_damping);
     w.runs(m.matrices.stiffness_damping);
     w.vector(m.matrices.report);
@@ -140,8 +155,8 @@ std::optional<CoarseMaterials> unpack(std::string_view payload, std::size_t tets
     CoarseMaterials m;
     Reader r(payload);
     const auto complete = [&](const auto& v) { return v.empty() || v.size() == tets; };
-    const bool read = r.runs(m.matrices.elasticity, tets) && r.runs(m.matrices.bracket, tets) &&
-                      r.runs(m.matrices.valid_range, tets) && r.runs(m.matrices.mass_damping, tets) &&
+    const bool read = r.pooled(m.matrices.elasticity, tets) && r.pooled(m.matrices.bracket, tets) &&
+                      r.pooled(m.matrices.valid_range, tets) && r.runs(m.matrices.mass_damping, tets) &&
                       r.runs(m.matrices.stiffness_damping, tets) && r.vector(m.matrices.report) &&
                       r.runs(m.density, tets) && r.done();
     if (!read || m.matrices.elasticity.size() != tets || m.density.size() != tets || !complete(m.matrices.bracket) ||

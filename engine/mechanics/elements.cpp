@@ -76,7 +76,9 @@ void rotate_blocks(const std::array<std::array<M3<Pack>, 3>, 3>& a, const M3<Pac
 
 }  // namespace
 
-void ElementSet::build(const Front& front, const PerTet<Sym6>& elasticity, const PerTet<double>& density) {
+void ElementSet::build(const Front& front, const TetMaterials& materials) {
+    damped_ = materials.damped();
+    const auto damping_of = [](const PerTet<double>& damping, TetId t) { return damping.empty() ? 0 : damping[t]; };
     order_ = front.order();
     tets_ = front.active();
     vertices_ = front.vertices();
@@ -96,8 +98,10 @@ void ElementSet::build(const Front& front, const PerTet<Sym6>& elasticity, const
                     {tree.rest(corner[0]), tree.rest(corner[1]), tree.rest(corner[2]), tree.rest(corner[3])});
                 for (std::size_t m = 0; m < 9; ++m) batch.gradient[m][lane] = g.m[m];
                 batch.volume[lane] = padding ? 0 : tree.volume(t);
-                batch.mass[lane] = padding ? 0 : tree.volume(t) * density[t];
-                for (std::size_t m = 0; m < 21; ++m) batch.c[m][lane] = elasticity[t].upper[m];
+                batch.mass[lane] = padding ? 0 : tree.volume(t) * materials.density[t];
+                for (std::size_t m = 0; m < 21; ++m) batch.c[m][lane] = materials.elasticity[t].upper[m];
+                batch.mass_damping[lane] = damping_of(materials.mass_damping, t);
+                batch.stiffness_damping[lane] = damping_of(materials.stiffness_damping, t);
             }
         }
     });
@@ -136,13 +140,15 @@ void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
 
     const auto x = gather<O::nodes>(e.x, batch.node);
     std::array<V3<Pack>, nodes> xdot;
-    const bool damped = e.velocity != nullptr && e.stiffness_damping != 0;
+    const bool damped = damped_ && e.velocity != nullptr;
     if (damped) xdot = gather<O::nodes>(*e.velocity, batch.node);
     Gradients<Pack> g;
     for (std::size_t m = 0; m < 9; ++m) g.m[m] = load(batch.gradient[m]);
     std::array<Pack, 21> c;
     for (std::size_t m = 0; m < 21; ++m) c[m] = load(batch.c[m]);
     const Pack volume = load(batch.volume), mass = load(batch.mass);
+    const Pack mass_damping = load(batch.mass_damping), stiffness_damping = load(batch.stiffness_damping);
+    const Pack stiffness_scale = Pack(e.stiffness_scale) + Pack(e.damping_scale) * stiffness_damping;
 
     std::array<V3<Pack>, nodes> nodal;
     for (auto& f : nodal) f = {Pack(0), Pack(0), Pack(0)};
@@ -171,7 +177,7 @@ void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
                 strain_rate[m] = m < 3 ? rate(i, i) : rate(i, j) + rate(j, i);
             }
             const V6<Pack> viscous = hooke(c, strain_rate);
-            for (std::size_t m = 0; m < 6; ++m) stress[m] += Pack(e.stiffness_damping) * viscous[m];
+            for (std::size_t m = 0; m < 6; ++m) stress[m] += stiffness_damping * viscous[m];
         }
 
         // Forces on the effective corners, then on the nodes.
@@ -191,7 +197,7 @@ void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
         }
         if (!e.tangent) continue;
         EffectiveBlocks effective;
-        rotate_blocks(core, r, Pack(weight * e.stiffness_scale) * volume, effective);
+        rotate_blocks(core, r, Pack(weight) * stiffness_scale * volume, effective);
         std::size_t block = 0;
         for (std::size_t i = 0; i < nodes; ++i) {
             for (std::size_t j = i; j < nodes; ++j, ++block) {
@@ -209,8 +215,14 @@ void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
     store(energy, &energies_[b * pack_size]);
     store(least, &least_stretch_[b * pack_size]);
 
-    if (e.inertia != nullptr) {
-        const auto u = gather<O::nodes>(*e.inertia, batch.node);
+    if (e.inertia != nullptr || damped) {
+        std::array<V3<Pack>, nodes> u;
+        for (auto& a : u) a = {Pack(0), Pack(0), Pack(0)};
+        if (e.inertia != nullptr) u = gather<O::nodes>(*e.inertia, batch.node);
+        if (damped) {
+            for (std::size_t i = 0; i < nodes; ++i)
+                for (std::size_t a = 0; a < 3; ++a) u[i][a] += Pack(e.force_scale) * mass_damping * xdot[i][a];
+        }
         for (std::size_t i = 0; i < nodes; ++i) {
             for (std::size_t j = 0; j < nodes; ++j) {
                 const Pack m = mass * Pack(O::mass(static_cast<int>(i), static_cast<int>(j)));
@@ -222,11 +234,12 @@ void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
         for (std::size_t a = 0; a < 3; ++a) store(nodal[i][a], &nodal_[((b * nodes + i) * 3 + a) * pack_size]);
 
     if (!e.tangent) return;
+    const Pack mass_scale = Pack(e.mass_scale) + Pack(e.damping_scale) * mass_damping;
     float* out = &blocks_[b * tangent.size() * 9 * pack_size];
     std::size_t block = 0;
     for (std::size_t i = 0; i < nodes; ++i) {
         for (std::size_t j = i; j < nodes; ++j, ++block) {
-            const Pack m = mass * Pack(e.mass_scale * O::mass(static_cast<int>(i), static_cast<int>(j)));
+            const Pack m = mass * mass_scale * Pack(O::mass(static_cast<int>(i), static_cast<int>(j)));
             for (std::size_t a = 0; a < 3; ++a) tangent[block].m[4 * a] += m;
             for (std::size_t a = 0; a < 9; ++a) {
                 alignas(64) double lanes[pack_size];

@@ -6,7 +6,7 @@
 // order, so results do not depend on the number of threads.
 //
 //     ElementSet elements;
-//     elements.build(front, matrices.elasticity, density);
+//     elements.build(front, {matrices.elasticity, density});
 //     elements.evaluate({.x = x, .force_scale = 1});
 //     elements.accumulate(f);                               // f_v = internal force on each vertex of the front [N]
 //     elements.energy();                                    // [J]
@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/pooled.hpp"
 #include "engine/base/simd.hpp"
 #include "engine/base/types.hpp"
 #include "engine/base/voigt.hpp"
@@ -21,19 +22,30 @@
 
 namespace tetfront {
 
+inline const PerTet<double> no_damping;
+
+/// What every tet of the tree is made of. Refers to its parts.
+struct TetMaterials {
+    const PooledPerTet<Sym6>& elasticity;  // [Pa]
+    const PerTet<double>& density;         // [kg/m^3]
+    // Rayleigh damping: the force - (mass_damping M + stiffness_damping K) v of each tet. Empty: none.
+    const PerTet<double>& mass_damping = no_damping;       // [1/s]
+    const PerTet<double>& stiffness_damping = no_damping;  // [s]
+
+    [[nodiscard]] bool damped() const { return !mass_damping.empty() || !stiffness_damping.empty(); }
+};
+
 class ElementSet {
  public:
-    /// elasticity [Pa] and density [kg/m^3] of every tet of the tree; both must outlive this.
-    void build(const Front& front, const PerTet<Sym6>& elasticity, const PerTet<double>& density);
+    void build(const Front& front, const TetMaterials& materials);
 
     struct Evaluation {
         const PerVertex<Vec3>& x;                     // [m] positions, all vertices of the front
-        double force_scale = 1;                       // nodal results: force_scale * f_internal - M inertia
+        double force_scale = 1;                       // nodal results: force_scale * f - M inertia, f internal and damping
         const PerVertex<Vec3>* inertia = nullptr;     // multiplied by the consistent mass; null: no such term
-        const PerVertex<Vec3>* velocity = nullptr;    // [m/s] for stiffness-proportional damping; null: none
-        double stiffness_damping = 0;                 // [s]
-        bool tangent = false;                         // also the blocks stiffness_scale * K + mass_scale * M
-        double stiffness_scale = 0, mass_scale = 0;
+        const PerVertex<Vec3>* velocity = nullptr;    // [m/s] for damping; null: none
+        bool tangent = false;                         // also the blocks stiffness_scale K + mass_scale M + damping_scale D
+        double stiffness_scale = 0, mass_scale = 0, damping_scale = 0;
     };
     void evaluate(const Evaluation& e);
 
@@ -77,11 +89,14 @@ class ElementSet {
         double volume[pack_size];        // [m^3]
         double c[21][pack_size];         // [Pa]
         double mass[pack_size];          // [kg]
+        double mass_damping[pack_size];       // [1/s]
+        double stiffness_damping[pack_size];  // [s]
     };
     template <int Order>
     void evaluate_batch(std::size_t b, const Evaluation& e);
 
     int order_ = 1;
+    bool damped_ = false;
     std::vector<TetId> tets_;
     std::vector<Batch> batches_;
     std::vector<double> nodal_;     // [batch][node][3][lane]

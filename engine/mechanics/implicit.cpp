@@ -33,10 +33,10 @@ void add_at(const Front::Point& p, int nodes, const Vec3& force, PerVertex<Vec3>
 
 }  // namespace
 
-void Implicit::build(const Front& front, const ElementSet& elements, const PerTet<Sym6>& elasticity,
-                     const PerTet<double>& density, const PerVertex<std::uint8_t>& pinned) {
+void Implicit::build(const Front& front, const ElementSet& elements, const TetMaterials& materials,
+                     const PerVertex<std::uint8_t>& pinned) {
     matrix_.build(front, elements, pinned);
-    preconditioner_.build(front, elasticity, density, pinned, matrix_);
+    preconditioner_.build(front, materials, pinned, matrix_);
     const std::size_t n = front.tree().vertex_count();
     for (PerVertex<Vec3>* field : {&trial_x_, &trial_v_, &inertia_, &nodal_}) field->resize(n);
     fixed_.clear();
@@ -55,18 +55,16 @@ void Implicit::set_trial(const Front& front, const State& state, double h) {
 
 /// Fills right_ with minus the residual and the tangent of the trial state; returns the norm of the internal impulses,
 /// against which a residual counts as small.
-double Implicit::residual(const Front& front, ElementSet& elements, const State& state, const Loads& loads,
-                          const ImplicitSettings& s, double h) {
-    for (VertexId v : front.vertices())
-        inertia_[v] = (trial_v_[v] - state.v[v]) + h * (s.mass_damping * trial_v_[v] - loads.gravity);
+double Implicit::residual(const Front& front, ElementSet& elements, const State& state, const Loads& loads, double h) {
+    for (VertexId v : front.vertices()) inertia_[v] = (trial_v_[v] - state.v[v]) - h * loads.gravity;
     elements.evaluate({.x = trial_x_,
                        .force_scale = h,
                        .inertia = &inertia_,
                        .velocity = &trial_v_,
-                       .stiffness_damping = s.stiffness_damping,
                        .tangent = true,
-                       .stiffness_scale = h * h + h * s.stiffness_damping,
-                       .mass_scale = 1 + h * s.mass_damping});
+                       .stiffness_scale = h * h,
+                       .mass_scale = 1,
+                       .damping_scale = h});
     elements.accumulate(nodal_);
     const int nodes = front.nodes_per_tet();
     for (const PointForce& f : loads.forces) add_at(f.at, nodes, h * f.force, nodal_);
@@ -92,7 +90,7 @@ ImplicitReport Implicit::step(const Front& front, ElementSet& elements, State& s
     set_trial(front, state, h);
     double first_norm = 0;
     for (int iteration = 0;; ++iteration) {
-        const double norm = residual(front, elements, state, loads, settings, h);
+        const double norm = residual(front, elements, state, loads, h);
         if (!std::isfinite(norm)) {
             report.finite = report.converged = false;
             break;
@@ -109,7 +107,7 @@ ImplicitReport Implicit::step(const Front& front, ElementSet& elements, State& s
             matrix_.add_point({p.at.nodes.data(), static_cast<std::size_t>(nodes)}, {p.at.weights.data(), static_cast<std::size_t>(nodes)},
                               h * h * p.stiffness + h * p.damping);
         }
-        preconditioner_.update(matrix_, h * h + h * settings.stiffness_damping, 1 + h * settings.mass_damping);
+        preconditioner_.update(matrix_, h * h, 1, h);
         report.assemble_milliseconds += watch.lap();
 
         const auto& vertex = matrix_.vertices();

@@ -3,16 +3,16 @@
 //
 // Backward Euler solves for the new velocity v of the free vertices (P: prolongation of the front, tied by restrict)
 //
-//     P^T [ M (v - v0) - h ( f(x0 + h v) + M g - a M v + loads ) ] = 0,        x = x0 + h v
+//     P^T [ M (v - v0) - h ( f(x0 + h v) - D v + M g + loads ) ] = 0,        x = x0 + h v
 //
-// with f the corotated internal force including stiffness-proportional damping, a the mass-proportional damping. Newton
-// starts at v0 and uses the positive definite tangent M (1 + h a) + K (h^2 + h b), so every direction is a descent
-// direction; it stops at a tolerance or after a number of iterations (1: the classical linearised step).
+// with f the corotated internal force and D the Rayleigh damping of every tet. Newton starts at v0 and uses the positive
+// definite tangent M + h D + h^2 K, so every direction is a descent direction; it stops at a tolerance or after a number
+// of iterations (1: the classical linearised step).
 // The midpoint rule is a backward Euler step of h/2 and an extrapolation: second order, conserves linear and angular
 // momentum to the tolerance, no numerical damping. Pinned vertices keep their place.
 //
 //     Implicit implicit;
-//     implicit.build(front, elements, C, density, pinned);            // after the front changed
+//     implicit.build(front, elements, materials, pinned);             // after the front changed
 //     ImplicitReport r = implicit.step(front, elements, state, loads, settings);
 
 #include <vector>
@@ -57,8 +57,6 @@ struct ImplicitSettings {
     int newton_iterations = 1;
     double newton_tolerance = 1e-4;
     PcgLimits pcg;
-    double mass_damping = 0;       // [1/s]
-    double stiffness_damping = 0;  // [s]
 };
 
 struct ImplicitReport {
@@ -72,8 +70,8 @@ struct ImplicitReport {
 
 class Implicit {
  public:
-    /// elasticity and density: of every tet of the tree, for the preconditioner's levels.
-    void build(const Front& front, const ElementSet& elements, const PerTet<Sym6>& elasticity, const PerTet<double>& density,
+    /// materials: those that `elements` was built with.
+    void build(const Front& front, const ElementSet& elements, const TetMaterials& materials,
                const PerVertex<std::uint8_t>& pinned);
 
     /// One time step. Afterwards `elements` holds strains, forces and energy at the new positions.
@@ -84,8 +82,7 @@ class Implicit {
 
  private:
     void set_trial(const Front& front, const State& state, double h);
-    double residual(const Front& front, ElementSet& elements, const State& state, const Loads& loads,
-                    const ImplicitSettings& settings, double h);
+    double residual(const Front& front, ElementSet& elements, const State& state, const Loads& loads, double h);
 
     BlockMatrix matrix_;
     Multilevel preconditioner_;

@@ -23,8 +23,8 @@ double mean_stiffness(const Sym6& c, const Vec3& g) {
 
 }  // namespace
 
-void Multilevel::build(const Front& front, const PerTet<Sym6>& elasticity, const PerTet<double>& density,
-                       const PerVertex<std::uint8_t>& pinned, const BlockMatrix& matrix) {
+void Multilevel::build(const Front& front, const TetMaterials& materials, const PerVertex<std::uint8_t>& pinned,
+                       const BlockMatrix& matrix) {
     const TetTree& tree = front.tree();
     const auto& vertices = front.vertices();
     slot_.resize(tree.vertex_count());
@@ -48,12 +48,12 @@ void Multilevel::build(const Front& front, const PerTet<Sym6>& elasticity, const
     }
     diagonal_.assign(level_end_.size() - 1, {});
     for (std::size_t l = 0; l + 1 < level_end_.size(); ++l) diagonal_[l].assign(level_end_[l], {});
-    add_level_diagonals(front, elasticity, density);
+    add_level_diagonals(front, materials);
 }
 
 /// A tet of the finest linear mesh under the front (its active tets; for order 2 their children) counts in the levels
 /// from its own up; each of its ancestors in its own level only.
-void Multilevel::add_level_diagonals(const Front& front, const PerTet<Sym6>& elasticity, const PerTet<double>& density) {
+void Multilevel::add_level_diagonals(const Front& front, const TetMaterials& materials) {
     const TetTree& tree = front.tree();
     const auto levels = static_cast<int>(diagonal_.size());
     const auto add = [&](TetId t, int from, int to) {
@@ -70,12 +70,15 @@ void Multilevel::add_level_diagonals(const Front& front, const PerTet<Sym6>& ela
                 gradient = -sum;
             }
             const VertexId v = corner[(k + 1) % 4];  // rows of g belong to corners 1, 2, 3; then corner 0
-            const double stiffness = tree.volume(t) * mean_stiffness(elasticity[t], gradient);
-            const double mass = tree.volume(t) * density[t] / 10;
+            const double stiffness = tree.volume(t) * mean_stiffness(materials.elasticity[t], gradient);
+            const double mass = tree.volume(t) * materials.density[t] / 10;
+            const double damping = (materials.mass_damping.empty() ? 0 : materials.mass_damping[t] * mass) +
+                                   (materials.stiffness_damping.empty() ? 0 : materials.stiffness_damping[t] * stiffness);
             for (int l = from; l < std::min(to, levels); ++l) {
                 Diagonal& d = diagonal_[static_cast<std::size_t>(l)][static_cast<std::size_t>(slot_[v])];
                 d.stiffness += stiffness;
                 d.mass += mass;
+                d.damping += damping;
             }
         }
     };
@@ -102,7 +105,7 @@ void Multilevel::add_level_diagonals(const Front& front, const PerTet<Sym6>& ela
     }
 }
 
-void Multilevel::update(const BlockMatrix& matrix, double stiffness_scale, double mass_scale) {
+void Multilevel::update(const BlockMatrix& matrix, double stiffness_scale, double mass_scale, double damping_scale) {
     jacobi_.build(matrix);
     inverse_.resize(diagonal_.size());
     coarse_.resize(diagonal_.size());
@@ -111,7 +114,8 @@ void Multilevel::update(const BlockMatrix& matrix, double stiffness_scale, doubl
         inverse_[l].resize(diagonal_[l].size());
         coarse_[l].resize(diagonal_[l].size());
         for (std::size_t s = 0; s < diagonal_[l].size(); ++s) {
-            const double d = stiffness_scale * diagonal_[l][s].stiffness + mass_scale * diagonal_[l][s].mass;
+            const double d = stiffness_scale * diagonal_[l][s].stiffness + mass_scale * diagonal_[l][s].mass +
+                             damping_scale * diagonal_[l][s].damping;
             inverse_[l][s] = fixed_[s] || !(d > 0) ? 0 : 1 / d;
         }
     }

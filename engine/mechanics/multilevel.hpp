@@ -9,8 +9,8 @@
 // One descending and one ascending pass over the front's vertices apply it: far cheaper than a product with the matrix.
 //
 //     Multilevel multilevel;
-//     multilevel.build(front, elasticity, density, pinned, matrix);     // after the front changed
-//     multilevel.update(matrix, h * h, 1);                              // after the matrix was filled
+//     multilevel.build(front, materials, pinned, matrix);     // after the front changed
+//     multilevel.update(matrix, h * h, 1, h);                 // after the matrix was filled
 //     pcg.solve(matrix, multilevel, ...);
 
 #include "engine/mechanics/block_matrix.hpp"
@@ -20,17 +20,17 @@ namespace tetfront {
 
 class Multilevel : public Preconditioner {
  public:
-    void build(const Front& front, const PerTet<Sym6>& elasticity, const PerTet<double>& density,
-               const PerVertex<std::uint8_t>& pinned, const BlockMatrix& matrix);
+    void build(const Front& front, const TetMaterials& materials, const PerVertex<std::uint8_t>& pinned,
+               const BlockMatrix& matrix);
     /// The scales are those that the matrix was made with.
-    void update(const BlockMatrix& matrix, double stiffness_scale, double mass_scale);
+    void update(const BlockMatrix& matrix, double stiffness_scale, double mass_scale, double damping_scale);
     void apply(const DofVector& r, DofVector& z) const override;
 
  private:
     struct Diagonal {
-        double stiffness = 0, mass = 0;  // [N/m], [kg]
+        double stiffness = 0, mass = 0, damping = 0;  // [N/m], [kg], [kg/s]
     };
-    void add_level_diagonals(const Front& front, const PerTet<Sym6>& elasticity, const PerTet<double>& density);
+    void add_level_diagonals(const Front& front, const TetMaterials& materials);
 
     BlockJacobi jacobi_;
     std::vector<std::size_t> level_end_;                     // [levels] one past the last slot of a level's vertices

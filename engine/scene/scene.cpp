@@ -9,23 +9,11 @@ namespace tetfront {
 
 namespace {
 
-constexpr Range coordinate = within(-1e6, 1e6);  // [m]
+constexpr Range coordinate = coordinate_range;
 constexpr double smallest_extent = 1e-6;         // [m] below it volumes underflow
-constexpr double max_leaves = 1 << 24;
-
-const Choices<int> axes = {{"x", 0}, {"y", 1}, {"z", 2}};
-
-void check_corners(const JsonObject& box, const Vec3& low, const Vec3& high) {
-    for (int axis = 0; axis < 3; ++axis) {
-        if (high[axis] - low[axis] < smallest_extent) {
-            box.place("high").fail(std::string("is not above `low` along ") + "xyz"[axis],
-                                   "use high >= low + 1e-6 m along each axis");
-        }
-    }
-}
 
 MeshSpec read_mesh(const JsonValue& value, const std::filesystem::path& directory) {
-    const auto [kind, spec] = value.one_of({"box", "surface"});
+    const auto [kind, spec] = value.one_of({"box", "surface", "tets", "voxels"});
     if (kind == "box") {
         BoxMeshSpec box;
         const JsonObject o = spec.object({"low", "high", "cells"});
@@ -38,6 +26,26 @@ MeshSpec read_mesh(const JsonValue& value, const std::filesystem::path& director
         }
         return box;
     }
+    if (kind == "tets") {
+        TetMeshSpec tets;
+        const JsonObject o = spec.object({"file", "scale"});
+        tets.file = std::filesystem::absolute(directory / o.required("file").line(4096)).lexically_normal();
+        o.read("scale", tets.scale, above(0, 1e6));
+        return tets;
+    }
+    if (kind == "voxels") {
+        VoxelMeshSpec voxels;
+        const JsonObject o = spec.object({"file", "scale", "labels", "surface_cell", "target_tets"});
+        voxels.file = std::filesystem::absolute(directory / o.required("file").line(4096)).lexically_normal();
+        o.read("scale", voxels.scale, above(0, 1e6));
+        if (auto labels = o.find("labels")) {
+            for (const JsonValue& label : labels->array()) voxels.labels.insert(label.integer(-2147483647, 2147483647));
+            if (voxels.labels.empty()) labels->fail("is empty; give one label or more", "leave it out for all but 0");
+        }
+        o.read("surface_cell", voxels.surface_cell, above(0, 1e6));
+        o.read("target_tets", voxels.target_tets, 10, 200000);
+        return voxels;
+    }
     SurfaceMeshSpec surface;
     const JsonObject o = spec.object({"file", "scale", "target_tets"});
     surface.file = std::filesystem::absolute(directory / o.required("file").line(4096)).lexically_normal();
@@ -46,52 +54,37 @@ MeshSpec read_mesh(const JsonValue& value, const std::filesystem::path& director
     return surface;
 }
 
-ScalarField read_field(const JsonValue& value, const Range& range) {
-    ScalarField field;
+EstimationSpec::Method read_method(const JsonValue& value) {
+    using Method = EstimationSpec::Method;
+    return value.choice<Method>({{"average", Method::average},
+                                 {"mean_strain", Method::mean_strain},
+                                 {"isolated", Method::isolated},
+                                 {"uniform_stress", Method::uniform_stress}});
+}
+
+EstimationSpec read_estimation(const JsonValue& value) {
+    EstimationSpec estimation;
     if (!value.is_object()) {
-        if (!value.is_number())
-            value.fail("is " + value.text(),
-                       "use a number in " + range.text() + ", or an object with the key linear or exponential");
-        field.value = value.number(range);
-        return field;
+        estimation.method = read_method(value);
+        return estimation;
     }
-    const auto [kind, spec] = value.one_of({"linear", "exponential"});
-    field.kind = kind == "linear" ? ScalarField::Kind::linear : ScalarField::Kind::exponential;
-    const JsonObject o = spec.object({"axis", "values", "at"});
-    field.axis = o.required("axis").choice(axes);
-    const std::vector<JsonValue> values = o.required("values").array(2);
-    field.values = {values[0].number(range), values[1].number(range)};
-    if (auto at = o.find("at")) {
-        const std::vector<JsonValue> ends = at->array(2);
-        field.at = {ends[0].number(coordinate), ends[1].number(coordinate)};
-        field.at_extent = false;
-        if (field.at[1] - field.at[0] < smallest_extent)
-            at->fail("is not ascending", "use [a, b] with b >= a + 1e-6 m");
+    const JsonObject o = value.object({"method", "sampled", "alphas", "relative_tolerance", "stress_tolerance"});
+    if (auto method = o.find("method")) estimation.method = read_method(*method);
+    o.read("sampled", estimation.sampled);
+    if (auto alphas = o.find("alphas")) {
+        estimation.alphas.clear();
+        for (const JsonValue& alpha : alphas->array()) {
+            const double strain = alpha.number(between(0, 0.49));
+            if (!estimation.alphas.empty() && strain <= estimation.alphas.back())
+                alpha.fail("is not above the one before it", "use ascending strains");
+            estimation.alphas.push_back(strain);
+        }
+        if (estimation.alphas.size() < 2 || estimation.alphas.size() > 64)
+            alphas->fail("has " + std::to_string(estimation.alphas.size()) + " values", "use 2 to 64 of them");
     }
-    return field;
-}
-
-MaterialSpec read_material(const JsonValue& value) {
-    MaterialSpec material;
-    const JsonObject o = value.object({"density", "poisson", "young"});
-    o.read("density", material.density, above(0, 1e6));
-    o.read("poisson", material.poisson, below(0, 0.5));
-    if (auto young = o.find("young")) material.young = read_field(*young, above(0, 1e15));
-    return material;
-}
-
-Region read_region(const JsonValue& value) {
-    const auto [kind, spec] = value.one_of({"box", "half_space"});
-    if (kind == "box") {
-        const JsonObject o = spec.object({"low", "high"});
-        const Box box{o.required("low").vector(coordinate), o.required("high").vector(coordinate)};
-        check_corners(o, box.low, box.high);
-        return box;
-    }
-    const JsonObject o = spec.object({"point", "normal"});
-    const HalfSpace half{o.required("point").vector(coordinate), o.required("normal").vector(coordinate)};
-    if (half.normal.norm() < 1e-6) o.required("normal").fail("has no direction", "use a vector of length 1e-6 or more");
-    return half;
+    o.read("relative_tolerance", estimation.relative_tolerance, between(0, 1));
+    o.read("stress_tolerance", estimation.stress_tolerance, between(0, 1));
+    return estimation;
 }
 
 ForceSpec read_force(const JsonValue& value) {
@@ -169,8 +162,10 @@ void check_size(const Scene& scene, const JsonObject& root) {
     double roots = 0;
     if (const auto* box = std::get_if<BoxMeshSpec>(&scene.mesh)) {
         roots = 6.0 * box->cells[0] * box->cells[1] * box->cells[2];
-    } else {
-        roots = std::get<SurfaceMeshSpec>(scene.mesh).target_tets;
+    } else if (const auto* surface = std::get_if<SurfaceMeshSpec>(&scene.mesh)) {
+        roots = surface->target_tets;
+    } else if (const auto* voxels = std::get_if<VoxelMeshSpec>(&scene.mesh)) {
+        roots = voxels->target_tets;
     }
     const double leaves = roots * std::pow(8, scene.levels);
     if (leaves < max_leaves) return;
@@ -196,13 +191,15 @@ Scene read_scene(const JsonDocument& document, const std::filesystem::path& dire
     o.read("$schema", schema, 4096);
     o.read("name", scene.name, 100);
     o.read("title", scene.title, 300);
-    o.read("up", scene.up, axes);
+    if (auto up = o.find("up")) scene.up = read_axis(*up);
     scene.mesh = read_mesh(o.required("mesh"), directory);
     o.read("levels", scene.levels, 0, 6);
     check_size(scene, o);
-    if (auto material = o.find("material")) scene.material = read_material(*material);
-    o.read("estimation", scene.estimation,
-           {{"average", Estimation::average}, {"mean_strain", Estimation::mean_strain}});
+    ElasticSpec base;
+    if (auto damping = o.find("damping")) read_damping(*damping, base, directory);
+    scene.material.materials = {base};
+    if (auto material = o.find("material")) scene.material = read_material(*material, base, directory);
+    if (auto estimation = o.find("estimation")) scene.estimation = read_estimation(*estimation);
     if (auto pins = o.find("pins")) {
         for (const JsonValue& pin : pins->array()) scene.pins.push_back(read_region(pin));
     }
@@ -214,11 +211,6 @@ Scene read_scene(const JsonDocument& document, const std::filesystem::path& dire
     }
     if (auto timeline = o.find("timeline"))
         scene.timeline = read_timeline(*timeline, static_cast<int>(scene.pins.size()));
-    if (auto damping = o.find("damping")) {
-        const JsonObject d = damping->object({"mass", "stiffness"});
-        d.read("mass", scene.mass_damping, within(0, 1e6));
-        d.read("stiffness", scene.stiffness_damping, within(0, 1e6));
-    }
     o.read("time_step", scene.time_step, within(1e-6, 1));
     scene.front = default_front(scene.levels);
     if (auto front = o.find("front")) scene.front = read_front(*front, scene.levels);
@@ -228,13 +220,6 @@ Scene read_scene(const JsonDocument& document, const std::filesystem::path& dire
 }
 
 }  // namespace
-
-bool contains(const Region& region, const Vec3& p) {
-    if (const auto* box = std::get_if<Box>(&region))
-        return (p.array() >= box->low.array()).all() && (p.array() <= box->high.array()).all();
-    const auto& half = std::get<HalfSpace>(region);
-    return (p - half.point).dot(half.normal) <= 0;
-}
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<Override>& overrides) {
     const std::string text = read_text_file(file);

@@ -10,16 +10,22 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
+#include "engine/base/region.hpp"
 #include "engine/base/types.hpp"
+#include "engine/scene/material_spec.hpp"
 #include "engine/scene/override.hpp"
 #include "engine/scene/view_spec.hpp"
 
 namespace tetfront {
+
+/// Tets of the finest level must be fewer.
+inline constexpr double max_leaves = 1 << 24;
 
 struct BoxMeshSpec {
     Vec3 low = {0, 0, 0}, high = {1, 1, 1};  // [m]
@@ -30,33 +36,20 @@ struct SurfaceMeshSpec {
     double scale = 1;               // file units -> metres
     int target_tets = 1000;         // roots to aim for, 10..200000
 };
-using MeshSpec = std::variant<BoxMeshSpec, SurfaceMeshSpec>;
-
-/// One scalar as a function of rest position: constant, or a gradient along an axis between two coordinates.
-struct ScalarField {
-    enum class Kind { constant, linear, exponential } kind = Kind::constant;
-    double value = 0;               // constant
-    int axis = 0;                   // gradient: 0 x, 1 y, 2 z
-    std::array<double, 2> at{};     // [m] coordinates of both ends; empty in JSON: the mesh's extent
-    bool at_extent = true;          // `at` was not given
-    std::array<double, 2> values{}; // at both ends
+/// Tets from a file; see read_tet_mesh.
+struct TetMeshSpec {
+    std::filesystem::path file;     // absolute after loading
+    double scale = 1;               // file units -> metres
 };
-
-struct MaterialSpec {
-    double density = 1000;                                    // [kg/m^3] > 0
-    double poisson = 0.3;                                     // [0, 0.5)
-    ScalarField young{ScalarField::Kind::constant, 1e5};      // [Pa] > 0
+/// What lies inside of the boundary of some labels of a voxel image.
+struct VoxelMeshSpec {
+    std::filesystem::path file;     // absolute after loading; see read_voxel_image
+    double scale = 1;               // file units -> metres
+    std::set<long long> labels;     // empty: all but 0
+    double surface_cell = 0;        // [m] resolution of the surface; 0: 1/100 of the longest side
+    int target_tets = 1000;         // as for a surface
 };
-
-struct Box {
-    Vec3 low, high;  // [m]
-};
-/// Points p with (p - point) . normal <= 0.
-struct HalfSpace {
-    Vec3 point, normal;
-};
-using Region = std::variant<Box, HalfSpace>;
-bool contains(const Region& region, const Vec3& point);
+using MeshSpec = std::variant<BoxMeshSpec, SurfaceMeshSpec, TetMeshSpec, VoxelMeshSpec>;
 
 /// A constant force spread evenly over the surface vertices in a region.
 struct ForceSpec {
@@ -66,7 +59,15 @@ struct ForceSpec {
     double end = std::numeric_limits<double>::infinity();
 };
 
-enum class Estimation { average, mean_strain };
+/// How coarse tets get their elasticity matrices ([Imai] section 4); see mechanics/elasticity.hpp.
+struct EstimationSpec {
+    enum class Method { average, mean_strain, isolated, uniform_stress } method = Method::mean_strain;
+    /// Nonlinear samples and valid strain ranges; otherwise the tangent at rest, valid everywhere.
+    bool sampled = true;
+    std::vector<double> alphas = {0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32};  // ascending, in (0, 0.49)
+    double relative_tolerance = 1e-2;  // T1 of [Imai] (4)
+    double stress_tolerance = 1e-4;    // T2 of (5), relative to the tet's stiffness
+};
 enum class Scheme { backward_euler, midpoint };
 
 struct FrontSpec {
@@ -101,13 +102,11 @@ struct Scene {
     MeshSpec mesh;
     int levels = 2;                    // subdivisions below the roots, 0..6
     MaterialSpec material;
-    Estimation estimation = Estimation::mean_strain;
+    EstimationSpec estimation;
     std::vector<Region> pins;          // tree vertices inside do not move
     Vec3 gravity = {0, 0, -9.81};      // [m/s^2] default: 9.81 against `up`
     std::vector<ForceSpec> forces;
     std::vector<TimelineEvent> timeline;
-    double mass_damping = 0;           // [1/s] Rayleigh, >= 0
-    double stiffness_damping = 0;      // [s] Rayleigh, >= 0
     double time_step = 1.0 / 60;       // [s] 1e-6..1
     FrontSpec front;
     SolverSpec solver;

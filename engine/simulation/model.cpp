@@ -3,9 +3,11 @@
 #include <cmath>
 
 #include "engine/base/error.hpp"
-#include "engine/material/stiffness.hpp"
+#include "engine/material/voxel_surface.hpp"
 #include "engine/mesh/mesh_io.hpp"
+#include "engine/mesh/tet_file.hpp"
 #include "engine/mesh/volume_mesh.hpp"
+#include "engine/simulation/scene_material.hpp"
 #include "engine/simulation/simulation.hpp"
 #include "engine/tree/creases.hpp"
 
@@ -20,11 +22,31 @@ struct Shape {
 
 Shape make_shape(const Scene& scene) {
     if (const auto* box = std::get_if<BoxMeshSpec>(&scene.mesh)) return {box_mesh(box->low, box->high, box->cells), {}};
-    const auto& spec = std::get<SurfaceMeshSpec>(scene.mesh);
+    if (const auto* tets = std::get_if<TetMeshSpec>(&scene.mesh)) return {read_tet_mesh(tets->file, tets->scale).mesh, {}};
     Shape shape;
-    shape.surface = read_surface(spec.file, spec.scale).mesh;
-    shape.roots = mesh_volume(shape.surface, {.target_tets = spec.target_tets}).mesh;
+    int target_tets = 0;
+    if (const auto* spec = std::get_if<SurfaceMeshSpec>(&scene.mesh)) {
+        shape.surface = read_surface(spec->file, spec->scale).mesh;
+        target_tets = spec->target_tets;
+    } else {
+        const auto& voxels = std::get<VoxelMeshSpec>(scene.mesh);
+        const VoxelImage image = scaled_image(voxels.file, voxels.scale);
+        const double cell = voxels.surface_cell > 0 ? voxels.surface_cell : voxel_extent(image, voxels.labels) / 100;
+        shape.surface = voxel_surface(image, voxels.labels, cell);
+        target_tets = voxels.target_tets;
+    }
+    shape.roots = mesh_volume(shape.surface, {.target_tets = target_tets}).mesh;
     return shape;
+}
+
+/// A box and a surface say their size in the scene; a file of tets does when it has been read.
+void check_size(const Scene& scene, const TetMesh& roots) {
+    const double leaves = static_cast<double>(roots.corners.size()) * std::pow(8, scene.levels);
+    if (leaves < max_leaves || !std::holds_alternative<TetMeshSpec>(scene.mesh)) return;
+    throw InputError(scene.file.string(), "/levels",
+                     "makes " + std::to_string(static_cast<long long>(leaves)) + " tets of the " +
+                         std::to_string(roots.corners.size()) + " in the file",
+                     "use fewer levels: the finest level must have less than 16777216 tets");
 }
 
 /// The leaves' outer faces: as smooth as the simulation can be.
@@ -39,13 +61,6 @@ Eigen::AlignedBox3d bounds(const TetTree& tree) {
     Eigen::AlignedBox3d box;
     for (VertexId v : ids<VertexId>(tree.vertex_count(0))) box.extend(tree.rest(v));
     return box;
-}
-
-Scalar scalar(const ScalarField& field, const Eigen::AlignedBox3d& box) {
-    if (field.kind == ScalarField::Kind::constant) return constant(field.value);
-    const std::array<double, 2> at = field.at_extent ? std::array{box.min()[field.axis], box.max()[field.axis]} : field.at;
-    return gradient(field.axis, at, field.values,
-                    field.kind == ScalarField::Kind::linear ? Interpolation::linear : Interpolation::exponential);
 }
 
 /// Tets that contain pinned vertices although none of their own corners is pinned: their descendants know better.
@@ -111,7 +126,7 @@ std::shared_ptr<const FrameModel> make_frame_model(const Scene& scene, const Tet
 
 }  // namespace
 
-std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress) {
+std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress, const CacheSettings& cache) {
     const auto report = [&](const char* what, double fraction) {
         if (progress) progress(what, fraction);
     };
@@ -121,21 +136,24 @@ std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress) 
     }
     report("meshing", 0);
     Shape shape = make_shape(scene);
+    check_size(scene, shape.roots);
     report("subdividing", 0);
+    const StiffnessFunction stiffness = make_stiffness(scene, shape.roots);
     TetTree tree(std::move(shape.roots), scene.levels);
     if (shape.surface.positions.empty()) shape.surface = leaf_boundary(tree);
     report("attaching the surface", 0);
     Surface surface = embed(std::move(shape.surface), tree);
 
     const Eigen::AlignedBox3d box = bounds(tree);
-    const StiffnessFunction stiffness({.young = scalar(scene.material.young, box),
-                                       .poisson = constant(scene.material.poisson),
-                                       .density = constant(scene.material.density)});
-    const LeafMaterials leaves = integrate_leaves(tree, stiffness, [&](double f) { report("integrating the material", f); });
-    ElasticityMatrices matrices = estimate_elasticity(
-        tree, leaves, scene.estimation == Estimation::average ? CellProblem::average : CellProblem::mean_strain,
-        [&](double f) { report("estimating elasticity matrices", f); });
-    PerTet<double> density = coarse_density(tree, leaves);
+    CoarseMaterials materials;
+    try {
+        materials = coarse_materials(tree, stiffness, estimation_settings(scene.estimation), cache,
+                                     [&](double f) { report("estimating elasticity matrices", f); });
+    } catch (const InputError& error) {
+        if (!error.file.empty()) throw;
+        throw InputError(scene.file.string(), "/material: " + error.where, error.problem, error.remedy);
+    }
+    PerTet<double>& density = materials.density;
 
     PerVertex<std::uint8_t> pinned(tree.vertex_count(), 0);
     bool has_pins = false;
@@ -154,7 +172,7 @@ std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress) 
     auto unresolved = find_unresolved(tree, pinned);
     const double size = box.sizes().maxCoeff();
     report("ready", 1);
-    return std::make_shared<const Model>(Model{std::move(scene), std::move(tree), std::move(matrices), std::move(density),
+    return std::make_shared<const Model>(Model{std::move(scene), std::move(tree), std::move(materials.matrices), std::move(density),
                                                std::move(surface), std::move(pinned), std::move(unresolved),
                                                std::move(forces), std::move(frame_model), mass, size, has_pins});
 }

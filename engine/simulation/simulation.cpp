@@ -65,8 +65,6 @@ struct Simulation::Impl {
         settings.newton_iterations = scene.solver.newton_iterations;
         settings.newton_tolerance = scene.solver.newton_tolerance;
         settings.pcg = {scene.solver.cg_tolerance, scene.solver.cg_iterations};
-        settings.mass_damping = scene.mass_damping;
-        settings.stiffness_damping = scene.stiffness_damping;
         state.x.resize(model->tree.vertex_count());
         state.v.resize(model->tree.vertex_count());
         state.a.resize(model->tree.vertex_count());
@@ -107,8 +105,10 @@ struct Simulation::Impl {
     }
 
     void rebuild() {
-        elements.build(front, model->matrices.elasticity, model->density);
-        implicit.build(front, elements, model->matrices.elasticity, model->density, pinned);
+        const TetMaterials materials{model->matrices.elasticity, model->density, model->matrices.mass_damping,
+                                     model->matrices.stiffness_damping};
+        elements.build(front, materials);
+        implicit.build(front, elements, materials, pinned);
     }
 
     /// The step before which an event of the timeline takes place: the one whose start is nearest.

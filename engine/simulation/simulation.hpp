@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "engine/base/types.hpp"
-#include "engine/mechanics/elasticity.hpp"
+#include "engine/mechanics/elasticity_cache.hpp"
 #include "engine/mechanics/elements.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/simulation/frame.hpp"
@@ -54,8 +54,9 @@ struct Model {
     bool has_pins = false;
 };
 
-/// Throws InputError when the scene's mesh cannot be read or meshed.
-std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress = {});
+/// cache: where elasticity matrices are kept for the next time. Throws InputError when a file that the scene names cannot
+/// be read, the mesh cannot be made, or the material is out of range somewhere.
+std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress = {}, const CacheSettings& cache = {});
 
 /// What one step did. Numerical trouble is data here; a step never throws for it and never leaves a NaN.
 struct StepReport {

@@ -9,6 +9,7 @@
 //     }
 
 #include "engine/base/atomic_file.hpp"
+#include "engine/mechanics/elasticity_cache.hpp"
 #include "engine/scene/scene.hpp"
 
 #include <functional>
@@ -38,14 +39,18 @@ void add_record(CLI::App& program, Action& action);
 void add_run(CLI::App& program, Action& action);
 void add_info(CLI::App& program, Action& action);
 
-/// A scene file and values that replace the file's.
+/// A scene file, values that replace the file's, and where what is computed from it is kept.
 struct SceneArguments {
     std::string file;
     std::vector<std::string> settings;  // "path=value"
+    std::string cache_directory;        // empty: none
 
-    /// Adds the positional SCENE and --set to a subcommand. `fallback`: used when no file is given; empty: required.
+    /// Adds the positional SCENE, --set, --cache and --no-cache to a subcommand. `fallback`: used when no file is given;
+    /// empty: required.
     void add_to(CLI::App& command, const std::string& fallback = "");
     [[nodiscard]] Scene load() const;
+    /// For build_model; warnings go to the log.
+    [[nodiscard]] CacheSettings cache() const;
 };
 
 /// "front.tolerance=0.01" or "/front/tolerance=0.01" -> {"/front/tolerance", "0.01"}. A value that is not JSON is a

@@ -52,10 +52,10 @@ void FrameProgress::show(int done) {
     if (done * 10LL / total_ > (done - 1) * 10LL / total_) std::fprintf(stderr, "%s\n", text);
 }
 
-std::shared_ptr<const Model> build_with_progress(Scene scene, bool quiet) {
-    if (quiet) return build_model(std::move(scene));
+std::shared_ptr<const Model> build_with_progress(Scene scene, const CacheSettings& cache, bool quiet) {
+    if (quiet) return build_model(std::move(scene), {}, cache);
     ProgressBar bar("");
-    return build_model(std::move(scene), [&bar](const std::string& what, double done) { bar.show(what, done); });
+    return build_model(std::move(scene), [&bar](const std::string& what, double done) { bar.show(what, done); }, cache);
 }
 
 SimulatedFrames::SimulatedFrames(const std::shared_ptr<const Model>& model, const FrameTimes& times)

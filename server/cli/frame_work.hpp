@@ -54,7 +54,7 @@ struct FrameTimes {
 };
 
 /// Builds a model with a progress bar.
-std::shared_ptr<const Model> build_with_progress(Scene scene, bool quiet = false);
+std::shared_ptr<const Model> build_with_progress(Scene scene, const CacheSettings& cache, bool quiet = false);
 
 class SimulatedFrames {
  public:

@@ -1,6 +1,7 @@
 #include "engine/mesh/tet_mesh.hpp"
 #include "engine/simulation/simulation.hpp"
 #include "server/cli/commands.hpp"
+#include "server/cli/progress_bar.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -47,8 +48,34 @@ double mebibytes(const std::vector<T>& values) {
     return static_cast<double>(values.size() * sizeof(T)) / (1 << 20);
 }
 
-int info(const SceneArguments& arguments) {
-    const auto model = build_model(arguments.load());
+/// How far each level's matrices are from both bounds, and how the fits of their nonlinear samples went.
+void print_coarsening(const ElasticityMatrices& matrices) {
+    std::printf("\n");
+    if (matrices.report.empty()) {
+        std::printf("coarsening the material is uniform: all levels have the leaves' matrix, valid at any strain\n");
+        return;
+    }
+    const auto row = [](const char* format, auto... values) { std::printf(format, values...); };
+    row("%5s %10s %10s %10s %10s %15s %10s %10s %9s %8s\n", "level", "tets", "uniform", "below", "above uni-",
+        "range ends", "residual", "residual", "not", "time");
+    row("%5s %10s %10s %10s %10s %15s %10s %10s %9s %8s\n", "", "", "", "average", "form stress", "somewhere", "mean",
+        "largest", "fitted", "[s]");
+    for (const LevelReport& r : matrices.report) {
+        row("%5d %10lld %10lld %8.1f %% %9.1f %% %15d %8.2f %% %8.2f %% %9lld %8.2f\n", r.level,
+            static_cast<long long>(r.tets), static_cast<long long>(r.uniform), 100 * r.below_average,
+            100 * r.above_uniform_stress, r.finite_ranges, 100 * r.mean_residual, 100 * r.largest_residual,
+            static_cast<long long>(r.unfitted), r.seconds);
+    }
+    row("below, above: means over the tets of the trace's distance to each bound, over the trace; 0 %% is at that bound.\n"
+        "residual: of the fit to nonlinear samples against the tangent at rest. Times are those of the computation, also "
+        "when\nthe matrices came from the cache.\n");
+}
+
+int info(const SceneArguments& arguments, bool coarsening) {
+    ProgressBar bar("");
+    const auto model = build_model(
+        arguments.load(), [&bar](const std::string& what, double done) { bar.show(what, done); }, arguments.cache());
+    bar.clear();
     const Scene& scene = model->scene;
     const TetTree& tree = model->tree;
     const FrameModel& frame = *model->frame_model;
@@ -66,9 +93,9 @@ int info(const SceneArguments& arguments) {
                     tree.vertex_count(level), q.smallest, q.median, q.largest, q.smallest_volume, q.largest_volume,
                     q.mass);
     }
-    std::printf("\nstiffness  Young's modulus %g..%g Pa at the surface, Poisson's ratio %g\n",
-                static_cast<double>(frame.young_range[0]), static_cast<double>(frame.young_range[1]),
-                scene.material.poisson);
+    std::printf("\nstiffness  %zu material%s, Young's modulus %g..%g Pa at the surface\n", scene.material.materials.size(),
+                scene.material.materials.size() == 1 ? "" : "s", static_cast<double>(frame.young_range[0]),
+                static_cast<double>(frame.young_range[1]));
     std::printf("surface    %zu vertices, %zu triangles, %zu vertices outside of all tets (at most %g m)\n",
                 model->surface.mesh.positions.size(), model->surface.mesh.triangles.size(),
                 model->surface.outside_count, model->surface.outside_distance);
@@ -77,11 +104,13 @@ int info(const SceneArguments& arguments) {
                 static_cast<double>(box[1]), static_cast<double>(box[2]), static_cast<double>(box[3]),
                 static_cast<double>(box[4]), static_cast<double>(box[5]), "xyz"[frame.up]);
     const double tree_memory = static_cast<double>(tree.memory_bytes()) / (1 << 20);
-    const double matrix_memory = mebibytes<Sym6>(model->matrices.elasticity) +
-                                 mebibytes<Sym6>(model->matrices.bracket) +
-                                 mebibytes<std::array<std::array<double, 2>, 6>>(model->matrices.valid_range) +
-                                 mebibytes<double>(model->density);
+    const auto& m = model->matrices;
+    const double matrix_memory = static_cast<double>(m.elasticity.memory_bytes() + m.bracket.memory_bytes() +
+                                                     m.valid_range.memory_bytes()) / (1 << 20) +
+                                 mebibytes<double>(model->density) + mebibytes<double>(model->matrices.mass_damping) +
+                                 mebibytes<double>(model->matrices.stiffness_damping);
     std::printf("memory     tree %.1f MiB, matrices %.1f MiB\n", tree_memory, matrix_memory);
+    if (coarsening) print_coarsening(model->matrices);
     return exit_ok;
 }
 
@@ -90,8 +119,11 @@ int info(const SceneArguments& arguments) {
 void add_info(CLI::App& program, Action& action) {
     CLI::App* command = program.add_subcommand("info", "Prints what a scene consists of");
     const auto arguments = std::make_shared<SceneArguments>();
+    const auto coarsening = std::make_shared<bool>(false);
     arguments->add_to(*command);
-    command->callback([arguments, &action] { action = [arguments] { return info(*arguments); }; });
+    command->add_flag("--coarsening", *coarsening, "Also how the elasticity matrices of coarse levels were found");
+    command->callback(
+        [arguments, coarsening, &action] { action = [=] { return info(*arguments, *coarsening); }; });
 }
 
 }  // namespace tetfront

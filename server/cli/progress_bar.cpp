@@ -25,19 +25,26 @@ std::string bar(double fraction) {
 
 ProgressBar::ProgressBar(std::string what) : what_(std::move(what)), terminal_(::isatty(STDERR_FILENO) == 1) {}
 
-ProgressBar::~ProgressBar() {
-    if (drawn_) std::fputs("\r\033[K", stderr);
+void ProgressBar::clear() {
+    if (std::exchange(drawn_, false)) std::fputs("\r\033[K", stderr);
 }
 
 void ProgressBar::show(std::size_t done, std::size_t total) {
-    draw(what_ + bar(static_cast<double>(done) / static_cast<double>(std::max<std::size_t>(total, 1))) + "  " +
-             std::to_string(done) + "/" + std::to_string(total),
+    const double fraction = static_cast<double>(done) / static_cast<double>(std::max<std::size_t>(total, 1));
+    draw(what_ + bar(fraction) + "  " + std::to_string(done) + "/" + std::to_string(total) + left(fraction),
          done == total);
 }
 
 void ProgressBar::show(const std::string& what, double fraction) {
     const bool new_stage = std::exchange(what_, what) != what;
-    draw(what_ + bar(std::isfinite(fraction) ? fraction : 0), new_stage);
+    draw(what_ + bar(std::isfinite(fraction) ? fraction : 0) + left(fraction), new_stage);
+}
+
+std::string ProgressBar::left(double fraction) {
+    const auto seconds = remaining_.of(what_, fraction);
+    if (!seconds || !(*seconds >= 1)) return "";
+    const auto whole = static_cast<long>(std::ceil(*seconds));
+    return whole < 120 ? ", " + std::to_string(whole) + " s left" : ", " + std::to_string((whole + 59) / 60) + " min left";
 }
 
 void ProgressBar::draw(const std::string& line, bool last) {

@@ -27,7 +27,7 @@ int record(const RecordOptions& options) {
         scene.view = parse_view("{\"colouring\": \"" + options.colour + "\"}", "--colour", scene.view);
     check_writable(options.file);
     const Field field = field_of(scene.view.colouring);
-    const std::shared_ptr<const Model> model = build_with_progress(scene);
+    const std::shared_ptr<const Model> model = build_with_progress(scene, options.scene.cache());
     RecordingWriter writer(options.file,
                            {.name = scene.name,
                             .title = scene.title,

@@ -117,7 +117,7 @@ Work simulate(const RenderOptions& options, const View& size) {
     Scene scene = options.scene.load();
     scene.view = view_of(options, scene.view);
     prepare_directory(options.directory);  // before the long work
-    const std::shared_ptr<const Model> model = build_with_progress(scene, options.json);
+    const std::shared_ptr<const Model> model = build_with_progress(scene, options.scene.cache(), options.json);
     work.sequence.view = make_view(scene.view, *model->frame_model, size.width, size.height);
     work.sequence.view.floor = floor_height(*model);
     work.sequence.view.supersampling = options.supersampling;
@@ -377,7 +377,7 @@ void add_render(CLI::App& program, Action& action) {
             for (const CLI::Option* option : command->get_options()) {
                 const std::string& option_name = option->get_name();
                 if (option->count() == 0 || !option_name.starts_with("--")) continue;
-                if (std::ranges::count(std::initializer_list<std::string>{"--out", "--jobs", "--resume", "--json", "--frames", "--seconds", "--video"}, option_name)) continue;
+                if (std::ranges::count(std::initializer_list<std::string>{"--out", "--jobs", "--resume", "--json", "--cache", "--no-cache", "--frames", "--seconds", "--video"}, option_name)) continue;
                 options->command += " " + option_name;
                 if (option->get_expected_max() > 0 && option->get_type_size_max() > 0)
                     for (const std::string& value : option->results()) options->command += " " + shell_quoted(value);

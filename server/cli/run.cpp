@@ -210,7 +210,7 @@ int run(const RunOptions& options) {
 
     ProgressBar bar("");
     const Progress progress = [&bar](const std::string& what, double fraction) { bar.show(what, fraction); };
-    const auto model = build_model(scene, progress);
+    const auto model = build_model(scene, progress, options.scene.cache());
     Simulation simulation(model);
     std::vector<Comparison> comparisons;
     for (std::size_t i = 0; i < orders.size(); ++i) comparisons.emplace_back(options.compare[i], model, orders[i]);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
 
 namespace tetfront {
 
@@ -16,6 +17,18 @@ void SceneArguments::add_to(CLI::App& command, const std::string& fallback) {
     command.add_option("--set", settings, "Replaces a value of the scene, e.g. --set front.tolerance=0.01; repeatable")
         ->type_name("PATH=VALUE")
         ->allow_extra_args(false);
+    cache_directory = default_cache_directory().string();
+    CLI::Option* cache = command
+                             .add_option("--cache", cache_directory,
+                                         "Keeps elasticity matrices here for the next start; an old file may be deleted")
+                             ->type_name("DIR")
+                             ->capture_default_str();
+    command.add_flag_callback("--no-cache", [this] { cache_directory.clear(); }, "Computes them anew and keeps nothing")
+        ->excludes(cache);
+}
+
+CacheSettings SceneArguments::cache() const {
+    return {.directory = cache_directory, .warn = [](const std::string& line) { spdlog::warn("{}", line); }};
 }
 
 Scene SceneArguments::load() const {

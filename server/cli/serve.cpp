@@ -19,7 +19,7 @@ struct ServeOptions {
 };
 
 std::unique_ptr<Session> make_session(const ServeOptions& options) {
-    if (!is_recording(options.scene.file)) return std::make_unique<Session>(options.scene.load(), !options.paused);
+    if (!is_recording(options.scene.file)) return std::make_unique<Session>(options.scene.load(), !options.paused, options.scene.cache());
     if (!options.scene.settings.empty())
         throw InputError("--set", options.scene.settings[0], "cannot change a recording", "use it with a scene");
     Recording recording(options.scene.file);

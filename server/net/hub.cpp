@@ -64,7 +64,7 @@ void Hub::shut_down(std::function<void()> done) {
 
 void Hub::on_progress(const std::string& what, double fraction) {
     if (std::exchange(stage_, what) != what) spdlog::info("building the model: {}", what);
-    progress_ = share(progress_event(what, fraction));
+    progress_ = share(progress_event(what, fraction, remaining_.of(what, fraction)));
     for (const auto& viewer : viewers_) {
         viewer->outbox.set_progress(progress_);
         viewer->flush();

@@ -8,6 +8,7 @@
 #include "server/net/outbox.hpp"
 #include "server/net/snapshot.hpp"
 #include "server/net/web_files.hpp"
+#include "server/session/remaining_time.hpp"
 #include "server/session/session.hpp"
 
 #include <atomic>
@@ -82,6 +83,7 @@ class Hub {
     SharedBytes progress_;
     std::shared_ptr<std::atomic<bool>> painting_ = std::make_shared<std::atomic<bool>>(false);
     std::chrono::steady_clock::time_point last_snapshot_{};
+    RemainingTime remaining_;
     std::string stage_;
 
     std::shared_ptr<const Moment> encoded_;  // of encoded_frame_

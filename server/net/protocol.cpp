@@ -201,8 +201,11 @@ std::string state_event(const SessionState& state, std::size_t viewers) {
                  {"warning", status.warning}});
 }
 
-std::string progress_event(std::string_view what, double fraction) {
-    return text({{"type", "progress"}, {"what", what}, {"fraction", std::clamp(fraction, 0.0, 1.0)}});
+std::string progress_event(std::string_view what, double fraction, const std::optional<double>& remaining) {
+    return text({{"type", "progress"},
+                 {"what", what},
+                 {"fraction", std::clamp(fraction, 0.0, 1.0)},
+                 {"remaining", remaining ? Json(*remaining) : Json(nullptr)}});
 }
 
 std::string ok_reply(std::int64_t id) { return text({{"type", "ok"}, {"id", id}}); }

@@ -32,7 +32,8 @@ std::string encode_frame(const Frame& frame, std::uint16_t generation, std::uint
 // JSON messages, one line each, valid UTF-8 whatever the input.
 std::string hello_event(const SessionModel& model, const SessionState& state);
 std::string state_event(const SessionState& state, std::size_t viewers);
-std::string progress_event(std::string_view what, double fraction);
+/// remaining: [s], when it can be said.
+std::string progress_event(std::string_view what, double fraction, const std::optional<double>& remaining);
 std::string ok_reply(std::int64_t id);
 std::string error_reply(std::optional<std::int64_t> id, const CommandError& error);
 

@@ -39,7 +39,8 @@ std::uint64_t pull_name(ClientId client, std::uint32_t pull) { return (std::uint
 
 }  // namespace
 
-Session::Session(Scene scene, bool playing) : scene_(std::move(scene)), playing_(playing) {}
+Session::Session(Scene scene, bool playing, CacheSettings cache)
+    : scene_(std::move(scene)), cache_(std::move(cache)), playing_(playing) {}
 Session::Session(Recording recording, bool playing)
     : recording_(std::make_shared<Recording>(std::move(recording))), playing_(playing) {}
 
@@ -111,13 +112,14 @@ void Session::run() {
 bool Session::build() {
     try {
         if (scene_) {
-            const auto model = build_model(*scene_, [this](const std::string& what, double fraction) {
+            const Progress progress = [this](const std::string& what, double fraction) {
                 {
                     const std::lock_guard lock(mutex_);
                     if (stopping_) throw BuildStopped{};
                 }
                 if (listener_.progress) listener_.progress(what, fraction);
-            });
+            };
+            const auto model = build_model(*scene_, progress, cache_);
             make_stage_ = [model] { return play_simulation(model); };
             model_ = std::make_shared<const SessionModel>(session_model(*model));
         } else {

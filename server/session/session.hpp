@@ -62,7 +62,8 @@ class Session {
     static constexpr std::size_t max_queue = 4096;  // commands that wait for the end of a step
     static constexpr std::size_t max_client_pulls = 16;
 
-    Session(Scene scene, bool playing);
+    /// cache: for build_model; its warnings come on the simulation thread.
+    Session(Scene scene, bool playing, CacheSettings cache = {});
     Session(Recording recording, bool playing);
     ~Session();  // stop()
     Session(const Session&) = delete;
@@ -110,7 +111,8 @@ class Session {
     void restart();
     void break_down(const std::string& what);
 
-    std::optional<Scene> scene_;            // to build; none: play recording_
+    std::optional<Scene> scene_;  // to build; none: play recording_
+    CacheSettings cache_;
     std::shared_ptr<Recording> recording_;
     Listener listener_;
     std::thread thread_;

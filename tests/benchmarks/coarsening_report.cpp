@@ -70,7 +70,7 @@ std::vector<NamedMaterial> beam_materials() {
         {"layers along the beam, 8", StiffnessFunction(layers(2, boundaries(0.125, 8)), alternating(8))},
         {"layers across the beam, 32", StiffnessFunction(layers(0, boundaries(0.125, 32)), alternating(32))},
         {"stiff core in soft flesh",
-         StiffnessFunction(shapes({{BoxShape{{-1, 0.3, 0.3}, {5, 0.7, 0.7}}, 1, 0}}, 0), {soft, stiff})},
+         StiffnessFunction(shapes({{Box{{-1, 0.3, 0.3}, {5, 0.7, 0.7}}, 1, 0}}, 0), {soft, stiff})},
         {"random blocks, 1/8", StiffnessFunction(labels(noise, {{0, 0}, {1, 1}}, 0), {soft, stiff})},
         {"fibres along the beam", StiffnessFunction(fibres)},
     };
@@ -103,7 +103,7 @@ void cantilever(std::ostream& out, std::vector<std::pair<std::string, std::map<s
         std::map<std::string, Tip> tips;
         double finest = 0;
         for (std::size_t p = 0; p < problems.size(); ++p) {
-            const PerTet<Sym6> c = estimate_elasticity(tree, leaves, problems[p]).elasticity;
+            const PooledPerTet<Sym6> c = estimate_elasticity(tree, leaves, problems[p]).elasticity;
             const auto tip = [&](int level, int order) {
                 return tip_deflection(tree, solve_static_level(tree, level, order, c, density));
             };

@@ -12,8 +12,7 @@ inline Scene box_scene() {
     scene.mesh = BoxMeshSpec{{0, 0, 0}, {4, 1, 1}, {4, 1, 1}};
     scene.levels = 1;
     scene.pins = {Box{{-0.1, -0.1, -0.1}, {0.01, 1.1, 1.1}}};
-    scene.material.young.value = 1e5;
-    scene.mass_damping = 1;
+    scene.material.materials[0].mass_damping = 1.0;
     return scene;
 }
 

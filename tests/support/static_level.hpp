@@ -17,7 +17,7 @@ namespace tetfront {
 
 /// order 2 takes the vertices of level + 1 as nodes: level < depth. Returns the displacement [m] of each of the tree's
 /// vertices, zero where it is no node.
-inline std::vector<Vec3> solve_static_level(const TetTree& tree, int level, int order, const PerTet<Sym6>& elasticity,
+inline std::vector<Vec3> solve_static_level(const TetTree& tree, int level, int order, const PooledPerTet<Sym6>& elasticity,
                                             const PerTet<double>& density) {
     const std::size_t nodes = order == 1 ? 4 : 10;
     std::vector<int> unknown(tree.vertex_count(), -1);

@@ -66,6 +66,7 @@ export interface Progress {
   type: "progress";
   what: string;
   fraction: number; // 0..1
+  remaining?: number | null; // [s]
 }
 
 export interface Answer {

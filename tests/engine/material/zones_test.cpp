@@ -22,9 +22,9 @@ TEST(Zones, LayersIncludeTheirLowerBoundary) {
 }
 
 TEST(Zones, HighestPriorityWinsAndLaterOfEquals) {
-    const Zones z = shapes({{SphereShape{{0, 0, 0}, 1}, 1, 5},
-                            {BoxShape{{-2, -2, -2}, {2, 2, 2}}, 2, 0},
-                            {HalfSpaceShape{{0, 0, 0}, {1, 0, 0}}, 3, 0}},
+    const Zones z = shapes({{Sphere{{0, 0, 0}, 1}, 1, 5},
+                            {Box{{-2, -2, -2}, {2, 2, 2}}, 2, 0},
+                            {HalfSpace{{0, 0, 0}, {1, 0, 0}}, 3, 0}},
                            7);
     EXPECT_EQ(z->zone({0.5, 0, 0}, root), 1);
     EXPECT_EQ(z->zone({-0.5, 0, 0}, root), 1);
@@ -34,14 +34,14 @@ TEST(Zones, HighestPriorityWinsAndLaterOfEquals) {
     EXPECT_TRUE(z->one_zone_within({Vec3(-0.1, -0.1, -0.1), Vec3(0.1, 0.1, 0.1)}, root));
     EXPECT_FALSE(z->one_zone_within({Vec3(0.8, 0, 0), Vec3(1.2, 0.1, 0.1)}, root));
     EXPECT_TRUE(z->one_zone_within({Vec3(5, 5, 5), Vec3(6, 6, 6)}, root));
-    EXPECT_THROW(shapes({{SphereShape{{0, 0, 0}, -1}}}, 0), InputError);
-    EXPECT_THROW(shapes({{HalfSpaceShape{{0, 0, 0}, {0, 0, 0}}}}, 0), InputError);
-    EXPECT_THROW(shapes({{BoxShape{{0, 0, 0}, {1, 0, 1}}}}, 0), InputError);
+    EXPECT_THROW(shapes({{Sphere{{0, 0, 0}, -1}}}, 0), InputError);
+    EXPECT_THROW(shapes({{HalfSpace{{0, 0, 0}, {0, 0, 0}}}}, 0), InputError);
+    EXPECT_THROW(shapes({{Box{{0, 0, 0}, {1, 0, 1}}}}, 0), InputError);
 }
 
 TEST(Zones, OneZoneWithinIsNeverWrong) {
     const Zones z =
-        shapes({{SphereShape{{0.3, 0.2, 0.1}, 0.6}, 1, 1}, {HalfSpaceShape{{0, 0, 0}, {1, 1, -1}}, 2, 0}}, 0);
+        shapes({{Sphere{{0.3, 0.2, 0.1}, 0.6}, 1, 1}, {HalfSpace{{0, 0, 0}, {1, 1, -1}}, 2, 0}}, 0);
     srand(1);
     for (int i = 0; i < 2000; ++i) {
         const Vec3 a = Vec3::Random(), b = a + 0.3 * (Vec3::Random() + Vec3::Ones());

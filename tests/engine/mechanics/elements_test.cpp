@@ -19,7 +19,7 @@ using testing::shuffle;
 struct Body {
     Body(const TetTree& tree_, Front front_, const Mat6& c)
         : tree(tree_), front(std::move(front_)), elasticity(tree.tet_count(), Sym6::from(c)), density(tree.tet_count(), 1000.0) {
-        elements.build(front, elasticity, density);
+        elements.build(front, {elasticity, density});
         x = tree.rest();
     }
     PerVertex<Vec3> force(const PerVertex<Vec3>& at) {
@@ -52,7 +52,7 @@ struct Body {
     }
     const TetTree& tree;
     Front front;
-    PerTet<Sym6> elasticity;
+    PooledPerTet<Sym6> elasticity;
     PerTet<double> density;
     ElementSet elements;
     PerVertex<Vec3> x;
@@ -94,6 +94,42 @@ TEST_P(ElementsOfOrder, ForceIsMinusTheDerivativeOfTheEnergy) {
     }
     EXPECT_NEAR(std::log2(remainder[0] / remainder[1]), 2, 0.05);
     EXPECT_NEAR(std::log2(remainder[1] / remainder[2]), 2, 0.05);
+}
+
+/// -D v with the D that the tangent has: both come from the coefficients of every tet.
+TEST_P(ElementsOfOrder, DampingForceIsTheTangentsDampingTimesVelocity) {
+    Body body(tree, mixed(), anisotropic(random));
+    std::uniform_real_distribution<double> uniform(0, 1);
+    PerTet<double> mass_damping(tree.tet_count()), stiffness_damping(tree.tet_count());
+    for (double& a : mass_damping) a = uniform(random);
+    for (double& b : stiffness_damping) b = 1e-3 * uniform(random);
+    body.elements.build(body.front, {body.elasticity, body.density, mass_damping, stiffness_damping});
+    const PerVertex<Vec3> v = body.random_field(random, 1);
+    // Turned only: where there is strain the tangent leaves its second derivatives out.
+    PerVertex<Vec3> at = body.x;
+    const Mat3 r = Eigen::AngleAxisd(1.1, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+    for (VertexId w : body.front.vertices()) at[w] = r * at[w];
+    const auto force = [&](const PerVertex<Vec3>* velocity) {
+        body.elements.evaluate({.x = at, .force_scale = 0.5, .velocity = velocity, .tangent = true, .damping_scale = 0.5});
+        PerVertex<Vec3> f(tree.vertex_count(), Vec3::Zero());
+        body.elements.accumulate(f);
+        body.front.restrict_to_free(f);
+        return f;
+    };
+    const PerVertex<Vec3> elastic = force(nullptr), damped = force(&v);
+    BlockMatrix d;
+    d.build(body.front, body.elements, PerVertex<std::uint8_t>(tree.vertex_count(), 0));
+    d.fill(body.elements);
+    DofVector speed(d.size()), product(d.size());
+    for (std::size_t i = 0; i < d.size(); ++i) speed[i] = v[d.vertices()[i]];
+    d.multiply(speed, product);
+    double error = 0, scale = 0;
+    for (std::size_t i = 0; i < d.size(); ++i) {
+        error = std::max(error, (damped[d.vertices()[i]] - elastic[d.vertices()[i]] + product[i]).norm());
+        scale = std::max(scale, product[i].norm());
+    }
+    EXPECT_GT(scale, 0);
+    EXPECT_LT(error, 1e-5 * scale);  // the matrix holds floats
 }
 
 TEST_P(ElementsOfOrder, InternalForcesHaveNoResultantAndNoTorque) {

@@ -47,10 +47,10 @@ TEST(Scene, WhatIsNotGivenIsTheDefaultOfTheHeader) {
     EXPECT_EQ(box.high, Vec3(1, 1, 1));
     EXPECT_EQ(box.cells, (std::array{1, 1, 1}));
     EXPECT_EQ(scene.levels, defaults.levels);
-    EXPECT_EQ(scene.material.density, defaults.material.density);
-    EXPECT_EQ(scene.material.poisson, defaults.material.poisson);
-    EXPECT_EQ(scene.material.young.value, defaults.material.young.value);
-    EXPECT_EQ(scene.estimation, defaults.estimation);
+    EXPECT_EQ(std::get<double>(scene.material.materials[0].density), 1000);
+    EXPECT_EQ(std::get<double>(scene.material.materials[0].poisson), 0.3);
+    EXPECT_EQ(std::get<double>(scene.material.materials[0].young), 1e5);
+    EXPECT_EQ(scene.estimation.method, defaults.estimation.method);
     EXPECT_EQ(scene.gravity, defaults.gravity);
     EXPECT_EQ(scene.time_step, defaults.time_step);
     EXPECT_EQ(scene.front.tolerance, defaults.front.tolerance);
@@ -83,15 +83,15 @@ TEST(Scene, EveryFieldIsRead) {
     EXPECT_EQ(surface.scale, 0.5);
     EXPECT_EQ(surface.target_tets, 50);
     EXPECT_EQ(scene.levels, 3);
-    EXPECT_EQ(scene.material.density, 900);
-    EXPECT_EQ(scene.material.poisson, 0.4);
-    const ScalarField& young = scene.material.young;
-    EXPECT_EQ(young.kind, ScalarField::Kind::exponential);
+    EXPECT_EQ(std::get<double>(scene.material.materials[0].density), 900);
+    EXPECT_EQ(std::get<double>(scene.material.materials[0].poisson), 0.4);
+    const auto& young = std::get<GradientSpec>(scene.material.materials[0].young);
+    EXPECT_EQ(young.interpolation, Interpolation::exponential);
     EXPECT_EQ(young.axis, 0);
     EXPECT_EQ(young.values, (std::array{1e6, 2e4}));
-    EXPECT_EQ(young.at, (std::array{-1.0, 2.0}));
-    EXPECT_FALSE(young.at_extent);
-    EXPECT_EQ(scene.estimation, Estimation::average);
+    ASSERT_TRUE(young.at);
+    EXPECT_EQ(*young.at, (std::array{-1.0, 2.0}));
+    EXPECT_EQ(scene.estimation.method, EstimationSpec::Method::average);
     ASSERT_EQ(scene.pins.size(), 2U);
     EXPECT_EQ(std::get<Box>(scene.pins[0]).low, Vec3(0, 1, 2));
     EXPECT_EQ(std::get<Box>(scene.pins[0]).high, Vec3(3, 4, 5));
@@ -103,8 +103,8 @@ TEST(Scene, EveryFieldIsRead) {
     EXPECT_EQ(scene.forces[0].force, Vec3(4, 5, 6));
     EXPECT_EQ(scene.forces[0].start, 0.5);
     EXPECT_EQ(scene.forces[0].end, 2);
-    EXPECT_EQ(scene.mass_damping, 0.25);
-    EXPECT_EQ(scene.stiffness_damping, 0.125);
+    EXPECT_EQ(std::get<double>(scene.material.materials[0].mass_damping), 0.25);
+    EXPECT_EQ(std::get<double>(scene.material.materials[0].stiffness_damping), 0.125);
     EXPECT_EQ(scene.time_step, 0.01);
     EXPECT_EQ(scene.front.order, 2);
     EXPECT_EQ(scene.front.tolerance, 0.05);
@@ -131,8 +131,9 @@ TEST(Scene, GravityPointsDownUnlessGiven) {
 
 TEST(Scene, GradientWithoutEndsSpansTheMesh) {
     const Scene scene = parse(with(R"("material": {"young": {"linear": {"axis": "z", "values": [1, 2]}}})"));
-    EXPECT_EQ(scene.material.young.kind, ScalarField::Kind::linear);
-    EXPECT_TRUE(scene.material.young.at_extent);
+    const auto& young = std::get<GradientSpec>(scene.material.materials[0].young);
+    EXPECT_EQ(young.interpolation, Interpolation::linear);
+    EXPECT_FALSE(young.at);
 }
 
 TEST(Scene, ErrorsSayWhereWhatAndWhatIsAllowed) {
@@ -140,7 +141,8 @@ TEST(Scene, ErrorsSayWhereWhatAndWhatIsAllowed) {
     EXPECT_EQ(refusal(with(R"("material": {"poisson": 0.5})")), "/material/poisson: is 0.5; use a number in [0, 0.5)");
     EXPECT_EQ(refusal(with(R"("material": {"density": 0})")), "/material/density: is 0; use a number in (0, 1e+06]");
     EXPECT_EQ(refusal(with(R"("material": {"densty": 1})")),
-              "/material/densty: is not a known key (did you mean \"density\"?); use one of density, poisson, young");
+              "/material/densty: is not a known key (did you mean \"density\"?); use one of density, poisson, young, "
+              "orthotropic, scale, damping, layers, shapes, labels, regions");
     EXPECT_EQ(refusal(with(R"("damping": {"xyzzyx": 1})")),
               "/damping/xyzzyx: is not a known key; use one of mass, stiffness");
     EXPECT_EQ(refusal(with(R"("levels": 2.5)")), "/levels: is 2.5; use an integer in [0, 6]");
@@ -154,10 +156,11 @@ TEST(Scene, ErrorsSayWhereWhatAndWhatIsAllowed) {
     EXPECT_EQ(refusal(with(R"("view": {"wireframe": 1})")), "/view/wireframe: is 1; use true or false");
     EXPECT_EQ(
         refusal(R"({"schema_version": 1, "mesh": {"box": {}, "surface": {"file": "a"}}})"),
-        "/mesh: is {\"box\":{},\"surface\":{\"file\":\"a\"}}; use an object with exactly one of the keys box, surface");
+        "/mesh: is {\"box\":{},\"surface\":{\"file\":\"a\"}}; use an object with exactly one of the keys box, surface, tets, "
+        "voxels");
     EXPECT_EQ(
         refusal(with(R"("material": {"young": "soft"})")),
-        "/material/young: is \"soft\"; use a number in (0, 1e+15], or an object with the key linear or exponential");
+        "/material/young: is \"soft\"; use a number in (0, 1e+15], or an object with the key linear, exponential, voxels or per_tet");
 }
 
 TEST(Scene, VersionIsRequiredAndCheckedFirst) {
@@ -243,7 +246,8 @@ TEST(Scene, ErrorsNameTheOverride) {
               "/material/poisson: is 0.7 (override /material/poisson=0.7); use a number in [0, 0.5)");
     EXPECT_EQ(refusal(unit_box, {{"/material/densty", "1"}}),
               "/material/densty: is not a known key (did you mean \"density\"?) (override /material/densty=1); "
-              "use one of density, poisson, young");
+              "use one of density, poisson, young, "
+              "orthotropic, scale, damping, layers, shapes, labels, regions");
     EXPECT_EQ(refusal(unit_box, {{"/material", R"({"poisson": 1})"}}).substr(0, 37),
               "/material/poisson: is 1 (override /ma");
     EXPECT_EQ(refusal(with("\"levels\": 1"), {{"/levels/x", "1"}}),

@@ -28,8 +28,7 @@ const JsonSchema& schema() {
 std::vector<json> full_documents() {
     const char* shared = R"({
         "$schema": "s", "schema_version": 1, "name": "n", "title": "t", "up": "y", "levels": 1,
-        "estimation": "average",
-        "pins": [{"box": {"low": [0, 1, 2], "high": [3, 4, 5]}}, {"half_space": {"point": [1, 2, 3], "normal": [0, 0, 2]}}],
+        "pins": [{"box": {"low": [0, 1, 2], "high": [3, 4, 5]}}, {"half_space": {"point": [1, 2, 3], "normal": [0, 0, 2]}}, {"sphere": {"centre": [0, 0, 0], "radius": 1}}],
         "gravity": [1, 2, 3],
         "forces": [{"region": {"box": {"low": [0, 0, 0], "high": [1, 1, 1]}}, "force": [4, 5, 6], "start": 0.5, "end": 2}],
         "damping": {"mass": 0.25, "stiffness": 0.125}, "time_step": 0.01,
@@ -43,12 +42,37 @@ std::vector<json> full_documents() {
                  "keyframes": [{"time": 0, "eye": [1, 2, 3], "target": [0, 0, 0]}, {"time": 1, "eye": [2, 2, 3], "target": [0, 0, 0]}]}})";
     json box = json::parse(shared);
     box["mesh"] = json::parse(R"({"box": {"low": [0, 0, 0], "high": [1, 2, 3], "cells": [1, 2, 3]}})");
-    box["material"] = json::parse(R"({"density": 1, "poisson": 0.25,
-                                      "young": {"linear": {"axis": "x", "values": [1, 2], "at": [0, 1]}}})");
+    box["estimation"] = "average";
+    box["material"] = json::parse(R"({"density": 1, "poisson": {"linear": {"axis": "y", "values": [0.25, 0.125], "at": [1, 2]}},
+                                      "young": {"linear": {"axis": "x", "values": [1, 2], "at": [0, 1]}},
+                                      "shapes": [{"region": {"sphere": {"centre": [0, 0, 0], "radius": 0.5}}, "priority": 1,
+                                                  "material": {"poisson": 0.125, "young": {"per_tet": [1, 2]}}}]})");
+    json layered = box;
+    layered["estimation"] = json::parse(R"({"method": "isolated", "sampled": false, "alphas": [0.01, 0.1],
+                                            "relative_tolerance": 0.25, "stress_tolerance": 0.125})");
+    layered["material"] = json::parse(R"({"layers": {"axis": "z", "boundaries": [0.5, 0.75], "materials": [{"young": 2},
+        {"density": {"voxels": {"file": "a.nrrd", "scale": 0.5, "factor": 2, "sampling": "nearest"}},
+         "scale": {"exponential": {"axis": "z", "values": [1, 2], "at": [0, 1]}},
+         "damping": {"mass": {"linear": {"axis": "x", "values": [0, 1], "at": [0, 1]}}, "stiffness": {"per_tet": [0.5]}},
+         "orthotropic": {"young": [4, 2, 2], "poisson": [0.25, 0.25, 0.25], "shear": [1, 1, 1], "axes": [[1, 1, 0], [0, 0, 1]]}}, {}]}})");
+    json labelled = box;
+    labelled["mesh"] = json::parse(R"({"voxels": {"file": "b.inr.gz", "scale": 0.25, "labels": [1, 2], "surface_cell": 0.5, "target_tets": 50}})");
+    labelled["material"] = json::parse(R"({"orthotropic": {"young": [4, 2, 2], "poisson": [0.25, 0.25, 0.25], "shear": [1, 1, 1]},
+        "scale": {"per_tet": [2]}, "density": {"linear": {"axis": "x", "values": [1, 2], "at": [0, 1]}},
+        "damping": {"mass": {"exponential": {"axis": "x", "values": [1, 2], "at": [0, 1]}}, "stiffness": {"voxels": {"file": "a.nrrd"}}},
+        "labels": {"file": "b.inr.gz", "scale": 0.25, "otherwise": {"density": 2},
+                   "materials": [{"labels": [1, 2], "material": {"scale": {"linear": {"axis": "x", "values": [1, 2], "at": [0, 1]}}}},
+                                 {"labels": [0], "material": {"scale": {"voxels": {"file": "c.nrrd"}}}}]}})");
+    json imported = box;
+    imported["mesh"] = json::parse(R"({"tets": {"file": "a.msh", "scale": 0.5}})");
+    imported["material"] = json::parse(R"({"regions": {"otherwise": {"poisson": {"per_tet": [0.25]}, "density": {"per_tet": [1, 2]}},
+                   "materials": [{"regions": [1, 2], "material": {"density": {"exponential": {"axis": "x", "values": [1, 2], "at": [0, 1]}}}},
+                                 {"regions": [3], "material": {"young": {"voxels": {"file": "c.nrrd"}}, "poisson": {"voxels": {"file": "c.nrrd"}}}},
+                                 {"regions": [4], "material": {"poisson": {"exponential": {"axis": "x", "values": [0.1, 0.2], "at": [0, 1]}}}}]}})");
     json surface = json::parse(shared);
     surface["mesh"] = json::parse(R"({"surface": {"file": "a.ply", "scale": 0.5, "target_tets": 100}})");
     surface["material"] = json::parse(R"({"young": {"exponential": {"axis": "x", "values": [1, 2], "at": [0, 1]}}})");
-    return {box, surface};
+    return {box, layered, labelled, imported, surface};
 }
 
 std::string parser_error(const json& document) {
@@ -63,7 +87,9 @@ std::string parser_error(const json& document) {
 /// Rules that relate two values, which the schema states in its description only.
 bool is_relation(const std::string& message) {
     for (const char* part : {"is not above `low`", "is not ascending", "is not after `start`", "is where `target` is",
-                             "has no direction", "is not after the keyframe before", "but there are", "but `levels` is 0", "makes ", "/front/min_level: is"}) {
+                             "has no direction", "is not after the keyframe before", "but there are", "but `levels` is 0", "stands beside `",
+                             "has nothing to scale", "has a material already", " layers for ", "is not above the one before it",
+                             "is not positive definite", "has no two directions", "for an exponential gradient", "is empty; give", "makes ", "/front/min_level: is"}) {
         if (message.find(part) != std::string::npos) return true;
     }
     return false;

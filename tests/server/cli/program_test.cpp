@@ -4,6 +4,7 @@
 #include "tests/support/temporary_folder.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -93,6 +94,37 @@ TEST_F(Program, InfoDescribesTheScene) {
     EXPECT_EQ(result.status, 0) << result.err;
     for (const char* part : {"24", "192", "4000", "100000", "MiB"})
         EXPECT_NE(result.out.find(part), std::string::npos) << part << result.out;
+}
+
+TEST_F(Program, KeepsElasticityMatricesInTheCacheUnlessToldNotTo) {
+    const std::string cache = path("cache"), gradient = R"(material.young={"linear": {"axis": "x", "values": [1e5, 2e5]}})";
+    const auto info = [&](std::vector<std::string> more) {
+        std::vector<std::string> arguments = {"info", scene_, "--coarsening", "--set", gradient};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run(arguments);
+    };
+    const auto none = info({"--no-cache"});
+    EXPECT_EQ(none.status, 0) << none.err;
+    const auto first = info({"--cache", cache});
+    EXPECT_EQ(first.out.substr(0, first.out.find("range ends")), none.out.substr(0, none.out.find("range ends")));
+    ASSERT_EQ(std::distance(std::filesystem::directory_iterator(cache), {}), 1);
+    const std::filesystem::path file = std::filesystem::directory_iterator(cache)->path();
+    EXPECT_EQ(info({"--cache", cache}).out, first.out) << "even the times are those of the computation";
+
+    std::filesystem::resize_file(file, std::filesystem::file_size(file) - 1);
+    const auto damaged = info({"--cache", cache});
+    EXPECT_EQ(damaged.status, 0);
+    EXPECT_NE(damaged.err.find(file.filename().string() + " is truncated; computing it again"), std::string::npos)
+        << damaged.err;
+    EXPECT_EQ(info({"--cache", cache}).err, "") << "replaced";
+    EXPECT_NE(first.out.find("mean"), std::string::npos) << first.out;
+    expect_refusal(info({"--cache", cache, "--no-cache"}), 2, "--no-cache");
+}
+
+TEST_F(Program, CoarseningOfAUniformMaterialIsOneLine) {
+    const auto result = run({"info", scene_, "--coarsening", "--no-cache"});
+    EXPECT_EQ(result.status, 0);
+    EXPECT_NE(result.out.find("coarsening the material is uniform"), std::string::npos) << result.out;
 }
 
 TEST_F(Program, RunWritesAReport) {

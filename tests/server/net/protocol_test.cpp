@@ -135,8 +135,9 @@ TEST(Protocol, EventsAreValidJsonWhateverTheTexts) {
     EXPECT_EQ(hello["protocol"], 1);
     EXPECT_EQ(hello["limits"]["message_bytes"], 65536);
     EXPECT_TRUE(nlohmann::json::parse(state_event(state, 1))["estimate"].is_null());
-    EXPECT_EQ(nlohmann::json::parse(progress_event("mesh", 7)),
-              nlohmann::json({{"type", "progress"}, {"what", "mesh"}, {"fraction", 1.0}}));
+    EXPECT_EQ(nlohmann::json::parse(progress_event("mesh", 7, std::nullopt)),
+              nlohmann::json({{"type", "progress"}, {"what", "mesh"}, {"fraction", 1.0}, {"remaining", nullptr}}));
+    EXPECT_EQ(nlohmann::json::parse(progress_event("mesh", 0.5, 2.5))["remaining"], 2.5);
     EXPECT_EQ(nlohmann::json::parse(ok_reply(9007199254740991)),
               nlohmann::json({{"type", "ok"}, {"id", 9007199254740991}}));
     const auto error = nlohmann::json::parse(error_reply(std::nullopt, {"malformed", "/a~1b", "is\xff"}));

@@ -43,7 +43,7 @@ TEST(Png, ComesBackAsItWas) {
     for (const int channels : {3, 4}) {
         for (const int level : {0, 1, 9}) {
             const Image image = noise(37, 23, channels);
-            write_file(folder.path() / "a.png", encode_png(image, {.level = level}));
+            write_atomically(folder.path() / "a.png", encode_png(image, {.level = level}));
             const Image back = read_png(folder.path() / "a.png");
             EXPECT_EQ(back.width, 37);
             EXPECT_EQ(back.height, 23);

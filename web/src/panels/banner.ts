@@ -40,7 +40,8 @@ export function banner(store: Store, actions: BannerActions): HTMLElement {
         // Of some work it is not known how far it is: without a value the bar moves by itself.
         if (now.fraction > 0) bar.value = now.fraction;
         const percent = now.fraction > 0 ? ` (${Math.round(100 * now.fraction)} %)` : " …";
-        const text = `Building the model: ${now.what}${percent}`;
+        const left = now.remaining && now.remaining >= 1 ? `, about ${Math.ceil(now.remaining)} s left` : "";
+        const text = `Building the model: ${now.what}${percent}${left}`;
         progress.replaceChildren(h("div", { className: "card banner" }, h("span", {}, text), bar));
       }
     },
