@@ -83,7 +83,7 @@ TEST(Renderer, MatchesGoldenPicturesOfEveryColouringAndOverlay) {
         expect_golden_picture("render_" + name(colouring) + ".png", picture(*frame, view));
     }
     view.colouring = Colouring::level;
-    view.cut = CutPlane{{0.05, 0, 0.4}, {1, -0.9, 0.5}};
+    view.cut = CutPlane{{0.1, 0, 0.4}, {1, -0.35, 0.3}};
     expect_golden_picture("render_cut.png", picture(*blob_frame(24), view));
     view.surface = false;
     expect_golden_picture("render_cut_edges.png", picture(*blob_frame(24), view));
