@@ -38,6 +38,7 @@ void add_render(CLI::App& program, Action& action);
 void add_record(CLI::App& program, Action& action);
 void add_run(CLI::App& program, Action& action);
 void add_info(CLI::App& program, Action& action);
+void add_import(CLI::App& program, Action& action);
 
 /// A scene file, values that replace the file's, and where what is computed from it is kept.
 struct SceneArguments {

@@ -121,6 +121,38 @@ TEST_F(Program, KeepsElasticityMatricesInTheCacheUnlessToldNotTo) {
     expect_refusal(info({"--cache", cache, "--no-cache"}), 2, "--no-cache");
 }
 
+TEST_F(Program, ImportWritesASceneThatRuns) {
+    // In millimetres, as CAD files are; STL stands along z.
+    const std::string model = folder_.write("part/tet.stl", "solid t\n"
+        "facet normal 0 0 -1 outer loop vertex 0 0 0 vertex 0 90 0 vertex 80 0 0 endloop endfacet\n"
+        "facet normal 0 -1 0 outer loop vertex 0 0 0 vertex 80 0 0 vertex 0 0 100 endloop endfacet\n"
+        "facet normal -1 0 0 outer loop vertex 0 0 0 vertex 0 0 100 vertex 0 90 0 endloop endfacet\n"
+        "facet normal 1 1 1 outer loop vertex 80 0 0 vertex 0 90 0 vertex 0 0 100 endloop endfacet\nendsolid\n").string();
+    const std::string scene = path("scene.json");
+    const auto first = run({"import", model, "-o", scene, "--target-tets", "60", "--levels", "1"});
+    ASSERT_EQ(first.status, 0) << first.err;
+    EXPECT_NE(first.out.find("0.08 x 0.09 x 0.1 m"), std::string::npos) << first.out;
+    const Json written = read_json(scene);
+    EXPECT_EQ(written["mesh"]["surface"]["file"], "part/tet.stl") << "relative to the scene";
+    EXPECT_EQ(written["up"], "z");
+    EXPECT_EQ(run({"run", scene, "--steps", "3"}).status, 0);
+    expect_refusal(run({"import", model, "-o", scene}), 2, "exists already; choose another name, or use --force");
+    EXPECT_EQ(run({"import", model, "-o", scene, "--force", "--up", "y", "--scale", "0.01"}).status, 0);
+    EXPECT_EQ(read_json(scene)["up"], "y");
+    expect_refusal(run({"import", path("none.ply"), "-o", path("new.json")}), 2, "none.ply");
+    EXPECT_FALSE(std::filesystem::exists(path("new.json")));
+    expect_refusal(run({"import", model, "-o", path("no/such/folder.json")}), 4, "folder.json");
+}
+
+TEST_F(Program, ImportKeepsTheRegionsOfATetMesh) {
+    const std::string mesh = folder_.write("two.mesh",
+        "MeshVersionFormatted 2\nDimension 3\nVertices\n5\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 1 1 0\n"
+        "Tetrahedra\n2\n1 2 3 4 1\n2 3 4 5 2\nEnd\n").string();
+    ASSERT_EQ(run({"import", mesh, "-o", path("two.json")}).status, 0);
+    EXPECT_EQ(read_json(path("two.json"))["material"]["regions"]["materials"].size(), 2U);
+    EXPECT_EQ(run({"run", path("two.json"), "--steps", "2"}).status, 0);
+}
+
 TEST_F(Program, CoarseningOfAUniformMaterialIsOneLine) {
     const auto result = run({"info", scene_, "--coarsening", "--no-cache"});
     EXPECT_EQ(result.status, 0);

@@ -48,6 +48,7 @@ struct Refusal {
     std::string text, code, pointer;
     bool id_readable = true;
 };
+void PrintTo(const Refusal& refusal, std::ostream* out) { *out << refusal.code << ' ' << refusal.pointer; }
 
 class CommandParserRefuses : public testing::TestWithParam<Refusal> {};
 
