@@ -140,21 +140,21 @@ SolverSpec read_solver(const JsonValue& value) {
     return solver;
 }
 
-ViewSpec read_view(const JsonValue& value) {
-    ViewSpec view;
-    const JsonObject o = value.object({"eye", "target", "field_of_view", "colouring", "wireframe"});
-    if (o.find("eye") || o.find("target")) {
-        view.fitted = false;
-        view.eye = o.required("eye").vector(coordinate);
-        view.target = o.required("target").vector(coordinate);
-        if ((view.eye - view.target).norm() < smallest_extent) {
-            o.required("eye").fail("is where `target` is", "use two different points");
+std::vector<TimelineEvent> read_timeline(const JsonValue& value, int pins) {
+    std::vector<TimelineEvent> timeline;
+    for (const JsonValue& item : value.array()) {
+        const JsonObject o = item.object({"time", "gravity", "release"});
+        TimelineEvent event{.time = o.required("time").number(within(0, 1e9)), .gravity = {}, .release = {}};
+        if (auto gravity = o.find("gravity")) event.gravity = gravity->vector(within(-1e4, 1e4));
+        if (auto release = o.find("release")) {
+            event.release = release->integer(0, 1'000'000);
+            if (*event.release >= pins)
+                release->fail("is " + std::to_string(*event.release) + " but there are " + std::to_string(pins) + " pins",
+                              "use the number of an entry of `pins`, counted from 0");
         }
+        timeline.push_back(event);
     }
-    o.read("field_of_view", view.field_of_view, within(5, 120));
-    o.read<std::string>("colouring", view.colouring, {{"level", "level"}, {"stiffness", "stiffness"}});
-    o.read("wireframe", view.wireframe);
-    return view;
+    return timeline;
 }
 
 /// The finest level's size is known, or aimed for, before any meshing: say so now rather than run out of memory later.
@@ -181,7 +181,7 @@ Scene read_scene(const JsonDocument& document, const std::filesystem::path& dire
     if (auto version = root.member("schema_version")) static_cast<void>(version->integer(1, 1));
     const JsonObject o =
         root.object({"$schema", "schema_version", "name", "title", "up", "mesh", "levels", "material", "estimation",
-                     "pins", "gravity", "forces", "damping", "time_step", "front", "solver", "view"});
+                     "pins", "gravity", "forces", "timeline", "damping", "time_step", "front", "solver", "view"});
     static_cast<void>(o.required("schema_version"));
 
     Scene scene;
@@ -209,6 +209,8 @@ Scene read_scene(const JsonDocument& document, const std::filesystem::path& dire
     if (auto forces = o.find("forces")) {
         for (const JsonValue& force : forces->array()) scene.forces.push_back(read_force(force));
     }
+    if (auto timeline = o.find("timeline"))
+        scene.timeline = read_timeline(*timeline, static_cast<int>(scene.pins.size()));
     o.read("time_step", scene.time_step, within(1e-6, 1));
     scene.front = default_front(scene.levels);
     if (auto front = o.find("front")) scene.front = read_front(*front, scene.levels);

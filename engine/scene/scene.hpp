@@ -20,6 +20,7 @@
 #include "engine/base/types.hpp"
 #include "engine/scene/material_spec.hpp"
 #include "engine/scene/override.hpp"
+#include "engine/scene/view_spec.hpp"
 
 namespace tetfront {
 
@@ -86,12 +87,11 @@ struct SolverSpec {
     int cg_iterations = 2000;        // at most; the StepReport says when it was not enough
 };
 
-struct ViewSpec {
-    Vec3 eye = {2, -4, 2}, target = {0, 0, 0};   // [m]; default: fitted to the object when not given
-    bool fitted = true;                          // eye and target were not given
-    double field_of_view = 35;                   // [degrees] vertical, 5..120
-    std::string colouring = "level";             // "level" | "stiffness"
-    bool wireframe = false;
+/// What changes at a moment; forces have times of their own.
+struct TimelineEvent {
+    double time = 0;              // [s] >= 0; takes place before the time step that starts nearest to it
+    std::optional<Vec3> gravity;  // [m/s^2] from now on
+    std::optional<int> release;   // number of an entry of `pins` that holds nothing from now on
 };
 
 struct Scene {
@@ -106,6 +106,7 @@ struct Scene {
     std::vector<Region> pins;          // tree vertices inside do not move
     Vec3 gravity = {0, 0, -9.81};      // [m/s^2] default: 9.81 against `up`
     std::vector<ForceSpec> forces;
+    std::vector<TimelineEvent> timeline;
     double time_step = 1.0 / 60;       // [s] 1e-6..1
     FrontSpec front;
     SolverSpec solver;

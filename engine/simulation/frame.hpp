@@ -51,12 +51,27 @@ struct FrameStatus {
     std::string warning;                                   // one line; empty: all is well
 };
 
+/// A number per surface vertex, in a frame only when it was asked for.
+enum class Field : std::uint8_t {
+    none,
+    displacement,  // [m] distance from the place at rest
+    strain,        // equivalent strain sqrt(2/3 e':e') of the corotated strain, e' its deviator
+    stress,        // [Pa] von Mises stress
+    error,         // the tet's part of the error estimate; the estimate is the sum over all tets
+};
+
+/// The value that all but 2 % of the values do not exceed: colours that end here show more than colours that end at the
+/// few highest, which sit at corners and pins. 0 when there is none.
+float field_high(std::vector<float> values);
+
 struct Frame {
     std::shared_ptr<const FrameModel> model;
     std::shared_ptr<const FrameTopology> topology;
     std::vector<std::array<float, 3>> surface;             // [S] positions [m]
     std::vector<std::array<float, 3>> front_positions;     // [N] positions of the front's vertices [m]
     std::vector<FramePull> pulls;
+    Field field = Field::none;
+    std::vector<float> field_values;                       // [S] >= 0, or empty
     FrameStatus status;
 };
 

@@ -74,8 +74,8 @@ void FrameBuilder::rebuild(const Front& front) {
     topology_ = std::move(topology);
 }
 
-std::shared_ptr<const Frame> FrameBuilder::build(const Front& front, const PerVertex<Vec3>& x, FrameStatus status,
-                                                 std::vector<FramePull> pulls) {
+std::shared_ptr<Frame> FrameBuilder::build(const Front& front, const PerVertex<Vec3>& x, FrameStatus status,
+                                           std::vector<FramePull> pulls) {
     if (!topology_ || front_epoch_ != front.epoch()) rebuild(front);
     auto frame = std::make_shared<Frame>();
     frame->model = model_;

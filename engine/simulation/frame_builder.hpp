@@ -20,8 +20,10 @@ class FrameBuilder {
     FrameBuilder(std::shared_ptr<const FrameModel> model, const Surface& surface);
 
     /// x: positions of the front's vertices. Cost: the surface and, after a change, the front.
-    std::shared_ptr<const Frame> build(const Front& front, const PerVertex<Vec3>& x, FrameStatus status,
-                                       std::vector<FramePull> pulls);
+    std::shared_ptr<Frame> build(const Front& front, const PerVertex<Vec3>& x, FrameStatus status,
+                                 std::vector<FramePull> pulls);
+    /// [S] the surface's vertices in the front of the last build().
+    [[nodiscard]] const std::vector<Front::Point>& points() const { return points_; }
 
  private:
     void rebuild(const Front& front);

@@ -12,6 +12,7 @@
 #include "engine/mechanics/element.hpp"
 #include "engine/mechanics/implicit.hpp"
 #include "engine/simulation/frame_builder.hpp"
+#include "engine/simulation/surface_field.hpp"
 
 namespace tetfront {
 
@@ -50,7 +51,9 @@ struct Simulation::Impl {
         : model(std::move(m)),
           front(model->tree, spec.order, spec.min_level, spec.max_level),
           adaptivity(model->matrices, model->unresolved),
-          frames(model->frame_model, model->surface) {
+          frames(model->frame_model, model->surface),
+          pinned(model->pinned),
+          has_pins(model->has_pins) {
         const Scene& scene = model->scene;
         gravity = scene.gravity;
         adapt_settings.tolerance = spec.tolerance;
@@ -79,6 +82,10 @@ struct Simulation::Impl {
         steps = 0;
         report = {};
         adaptivity.clear();
+        for (const TimelineEvent& event : model->scene.timeline) {
+            if (event.gravity) gravity = model->scene.gravity;
+            if (event.release) hold_pins();
+        }
         resolve_pins();
         rebuild();
         elements.evaluate({.x = state.x});
@@ -101,7 +108,42 @@ struct Simulation::Impl {
         const TetMaterials materials{model->matrices.elasticity, model->density, model->matrices.mass_damping,
                                      model->matrices.stiffness_damping};
         elements.build(front, materials);
-        implicit.build(front, elements, materials, model->pinned);
+        implicit.build(front, elements, materials, pinned);
+    }
+
+    /// The step before which an event of the timeline takes place: the one whose start is nearest.
+    [[nodiscard]] std::uint64_t step_of(const TimelineEvent& event) const {
+        return static_cast<std::uint64_t>(std::llround(event.time / settings.time_step));
+    }
+
+    /// Pins every vertex of the pins that are not released by now. It follows from `steps` alone.
+    void hold_pins() {
+        std::vector<Region> held;
+        for (std::size_t i = 0; i < model->scene.pins.size(); ++i) {
+            const auto released = [&](const TimelineEvent& e) {
+                return e.release && static_cast<std::size_t>(*e.release) == i && step_of(e) <= steps;
+            };
+            if (std::ranges::none_of(model->scene.timeline, released)) held.push_back(model->scene.pins[i]);
+        }
+        has_pins = false;
+        for (VertexId v : ids<VertexId>(pinned.size())) {
+            if (!model->pinned[v]) continue;
+            pinned[v] = std::ranges::any_of(held, [&](const Region& r) { return contains(r, model->tree.rest(v)); });
+            has_pins = has_pins || pinned[v];
+        }
+    }
+
+    /// What the scene's timeline has for the step that begins. Cost: the timeline; the tree only when a pin is released.
+    void apply_timeline() {
+        bool released = false;
+        for (const TimelineEvent& event : model->scene.timeline) {
+            if (step_of(event) != steps) continue;
+            if (event.gravity) gravity = *event.gravity;
+            released = released || event.release;
+        }
+        if (!released) return;
+        hold_pins();
+        rebuild();
     }
 
     /// Gives vertices that appeared their place and velocity, and hanging ones theirs.
@@ -116,7 +158,7 @@ struct Simulation::Impl {
             state.a[v] = front.interpolate(state.a, v);
         }
         for (VertexId v : front.vertices()) {
-            if (!model->pinned[v]) continue;
+            if (!pinned[v]) continue;
             state.x[v] = model->tree.rest(v);
             state.v[v].setZero();
             state.a[v].setZero();
@@ -137,7 +179,7 @@ struct Simulation::Impl {
         const auto changes = adaptivity.adapt(front, steps, adapt_settings);
         r.splits = changes[0];
         r.merges = changes[1];
-        const bool any = changes[0] + changes[1] > 0, free_body = any && !model->has_pins;
+        const bool any = changes[0] + changes[1] > 0, free_body = any && !has_pins;
         const ElementSet::Momentum before = free_body ? elements.momentum(state.x, state.v) : ElementSet::Momentum{};
         const double energy_before = any ? total_energy() : 0;
         const Front::Change& change = front.commit();
@@ -262,6 +304,7 @@ struct Simulation::Impl {
     StepReport step() {
         StepReport r;
         phase_start = std::chrono::steady_clock::now();
+        apply_timeline();
         adapt(r);
         r.rejected = !advance(r);
         lap();
@@ -329,6 +372,8 @@ struct Simulation::Impl {
     ImplicitSettings settings;
     State state;
     FrameBuilder frames;
+    PerVertex<std::uint8_t> pinned;  // [V] as Model::pinned, without what the timeline has released
+    bool has_pins;
     Vec3 gravity;
     std::map<std::uint64_t, Pull> pulls;
     double time = 0;
@@ -369,7 +414,7 @@ void Simulation::reset() {
     s.start();
 }
 
-std::shared_ptr<const Frame> Simulation::frame(double steps_per_second) {
+std::shared_ptr<const Frame> Simulation::frame(double steps_per_second, Field field) {
     Impl& s = *impl_;
     FrameStatus status;
     status.time = s.time;
@@ -396,7 +441,11 @@ std::shared_ptr<const Frame> Simulation::frame(double steps_per_second) {
         pulls.push_back(pull);
         ++spring;
     }
-    return s.frames.build(s.front, s.state.x, std::move(status), std::move(pulls));
+    const std::shared_ptr<Frame> frame = s.frames.build(s.front, s.state.x, std::move(status), std::move(pulls));
+    frame->field = field;
+    frame->field_values = surface_field(
+        field, {s.front, s.elements, s.adaptivity, s.model->matrices, s.model->surface, frame->surface, s.frames.points()});
+    return frame;
 }
 
 const Model& Simulation::model() const { return *impl_->model; }

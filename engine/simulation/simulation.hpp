@@ -99,12 +99,12 @@ class Simulation {
     Simulation& operator=(Simulation&&) noexcept;
 
     StepReport step();
-    /// Back to rest, time 0, the coarsest allowed front; pulls end; settings stay.
+    /// Back to rest, time 0, the coarsest allowed front; pulls end; settings stay but for what the timeline sets.
     void reset();
 
     /// The present moment. Cost: the surface and the front.
-    /// steps_per_second: what the caller measured, for FrameStatus.
-    [[nodiscard]] std::shared_ptr<const Frame> frame(double steps_per_second = 0);
+    /// steps_per_second: what the caller measured, for FrameStatus. field: also computed, see Frame::field_values.
+    [[nodiscard]] std::shared_ptr<const Frame> frame(double steps_per_second = 0, Field field = Field::none);
     [[nodiscard]] const Model& model() const;
 
     // Commands; each acts from the next step on. Pulls are springs between a surface point and a target, named by the

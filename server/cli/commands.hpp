@@ -8,6 +8,7 @@
 //         command->callback([options, &action] { action = [options] { return info(*options); }; });
 //     }
 
+#include "engine/base/atomic_file.hpp"
 #include "engine/mechanics/elasticity_cache.hpp"
 #include "engine/scene/scene.hpp"
 
@@ -29,16 +30,12 @@ enum ExitStatus : int {
     exit_output_failed = 4,  // OutputError
 };
 
-/// Output that cannot be written.
-struct OutputError : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
-
 /// Does the work and returns an ExitStatus; throws InputError, OutputError or PortTaken.
 using Action = std::function<int()>;
 
 void add_serve(CLI::App& program, Action& action);
 void add_render(CLI::App& program, Action& action);
+void add_record(CLI::App& program, Action& action);
 void add_run(CLI::App& program, Action& action);
 void add_study(CLI::App& program, Action& action);
 void add_info(CLI::App& program, Action& action);

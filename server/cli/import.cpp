@@ -1,10 +1,10 @@
 // A first scene for a mesh, an image or a surface that somebody has: at rest, held below, soft enough to be seen to bend.
+#include "engine/base/atomic_file.hpp"
 #include "engine/base/error.hpp"
 #include "engine/material/voxel_surface.hpp"
 #include "engine/mesh/mesh_io.hpp"
 #include "engine/mesh/tet_file.hpp"
 #include "engine/scene/scene.hpp"
-#include "server/cli/atomic_file.hpp"
 #include "server/cli/commands.hpp"
 
 #include <algorithm>

@@ -38,6 +38,7 @@ int run_checked(int argc, const char* const* argv) {
     Action action;
     add_serve(program, action);
     add_render(program, action);
+    add_record(program, action);
     add_run(program, action);
     add_study(program, action);
     add_info(program, action);
@@ -47,7 +48,7 @@ int run_checked(int argc, const char* const* argv) {
     const auto is_named = [&](const CLI::App* command) { return command->check_name(argv[1]); };
     if (argc > 1 && argv[1][0] != '-' && std::ranges::none_of(program.get_subcommands({}), is_named)) {
         return fail(exit_bad_input, "there is no command '" + std::string(argv[1]) +
-                                        "'; use serve, render, run, study, info or import, see tetfront --help");
+                                        "'; use serve, render, record, run, study, info or import, see tetfront --help");
     }
     try {
         program.parse(argc, argv);

@@ -1,6 +1,6 @@
 #include "engine/base/error.hpp"
 #include "engine/simulation/simulation.hpp"
-#include "server/cli/atomic_file.hpp"
+#include "engine/base/atomic_file.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/comparison.hpp"
 #include "server/cli/progress_bar.hpp"

@@ -1,3 +1,4 @@
+#include "engine/base/error.hpp"
 #include "server/cli/commands.hpp"
 #include "server/net/server.hpp"
 
@@ -17,11 +18,20 @@ struct ServeOptions {
     bool paused = false;
 };
 
+std::unique_ptr<Session> make_session(const ServeOptions& options) {
+    if (!is_recording(options.scene.file)) return std::make_unique<Session>(options.scene.load(), !options.paused, options.scene.cache());
+    if (!options.scene.settings.empty())
+        throw InputError("--set", options.scene.settings[0], "cannot change a recording", "use it with a scene");
+    Recording recording(options.scene.file);
+    if (!recording.complete())
+        spdlog::warn("{} was cut short; its {} whole frames are shown", options.scene.file, recording.frame_count());
+    return std::make_unique<Session>(std::move(recording), !options.paused);
+}
+
 int serve(const ServeOptions& options) {
-    Scene scene = options.scene.load();
+    const std::unique_ptr<Session> session = make_session(options);
     WebFiles files = load_web_files(options.web);
-    Session session(std::move(scene), !options.paused, options.scene.cache());
-    Server server(options.server, std::move(files), session);
+    Server server(options.server, std::move(files), *session);
     if (options.server.host != "127.0.0.1" && options.server.host != "localhost" && options.server.host != "::1")
         spdlog::warn("anyone who reaches {} can watch and pull: there is no password", options.server.host);
     std::cout << server.url() << std::endl;  // the only line on stdout: scripts read it
@@ -32,7 +42,7 @@ int serve(const ServeOptions& options) {
 }  // namespace
 
 void add_serve(CLI::App& program, Action& action) {
-    CLI::App* command = program.add_subcommand("serve", "Simulates live and serves it to browsers");
+    CLI::App* command = program.add_subcommand("serve", "Serves a live simulation, or a recording, to browsers");
     const auto options = std::make_shared<ServeOptions>();
     options->scene.add_to(*command, TETFRONT_DEFAULT_SCENE);
     command->add_option("--host", options->server.host, "Address to listen on")->capture_default_str();

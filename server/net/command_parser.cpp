@@ -131,6 +131,7 @@ const std::vector<std::pair<std::string_view, Reader>>& readers() {
          }},
         {"pull_end", [](Members& m) { return command::PullEnd{pull_number(m)}; }},
         {"gravity", [](Members& m) { return command::Gravity{m.vector("value", -max_gravity, max_gravity)}; }},
+        {"seek", [](Members& m) { return command::Seek{m.real("time", 0, 1e9)}; }},
         {"tolerance", [](Members& m) { return command::Tolerance{m.real("value", 1e-6, 1)}; }},
         {"budget",
          [](Members& m) {

@@ -2,6 +2,8 @@
 // One HTTP connection: serves the web client's files and hands /ws over to a WebSocketConnection. Requests are answered
 // one after another, so pipelined ones cannot start two writes. Included by server.cpp only, see there.
 
+#include "engine/base/error.hpp"
+#include "server/net/snapshot.hpp"
 #include "server/net/websocket_connection.hpp"
 
 #include <algorithm>
@@ -56,6 +58,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
             return send(std::move(response));
         }
         if (request.target() == "/ws") return on_websocket(keep_alive);
+        if (text(request.target()).substr(0, text(request.target()).find('?')) == "/snapshot.png") return on_snapshot(keep_alive);
         const WebFile* file = find(hub_.files, text(request.target()));
         if (!file) return refuse(http::status::not_found, "there is no such page", keep_alive);
         send_file(*file, keep_alive);
@@ -78,6 +81,47 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
         hub_.add(viewer);
         hub_.remove(shared_from_this());
         viewer->accept(request);
+    }
+
+    /// The answer comes when the picture is drawn; no other request is read meanwhile.
+    void on_snapshot(bool keep_alive) {
+        const http::request<http::empty_body>& request = parser_->get();
+        const std::string_view target = text(request.target());
+        if (!hub_.model()) return refuse_for_now("the model is still being built", keep_alive);
+        SnapshotQuery query;
+        try {
+            const std::size_t mark = target.find('?');
+            query = parse_snapshot_query(mark == std::string_view::npos ? "" : target.substr(mark + 1), hub_.model()->scene.view);
+        } catch (const InputError& error) {
+            return refuse(http::status::bad_request, error.what(), keep_alive);
+        }
+        const bool head = request.method() == http::verb::head;
+        const auto refusal = hub_.snapshot(query, [self = shared_from_this(), keep_alive, head](auto result) {
+            asio::post(self->stream_.get_executor(), [self, keep_alive, head, picture = std::move(result)]() mutable {
+                self->send_snapshot(std::move(picture), keep_alive, head);
+            });
+        });
+        if (refusal == Hub::Refusal::not_ready) return refuse_for_now("the first frame is still to come", keep_alive);
+        if (refusal == Hub::Refusal::busy) {
+            Response response = make(http::status::too_many_requests, "one picture at a time, ten a second\n", keep_alive);
+            response.set(http::field::retry_after, "1");
+            return send(std::move(response));
+        }
+    }
+
+    void send_snapshot(SnapshotPainter::Result picture, bool keep_alive, bool head) {
+        if (picture.png.empty()) return refuse(http::status::unprocessable_entity, picture.problem, keep_alive);
+        const std::size_t size = picture.png.size();
+        Response response = make(http::status::ok, head ? std::string() : std::move(picture.png), keep_alive);
+        response.set(http::field::content_type, "image/png");
+        if (head) response.content_length(size);
+        send(std::move(response));
+    }
+
+    void refuse_for_now(const char* why, bool keep_alive) {
+        Response response = make(http::status::service_unavailable, std::string(why) + '\n', keep_alive);
+        response.set(http::field::retry_after, "1");
+        send(std::move(response));
     }
 
     void send_file(const WebFile& file, bool keep_alive) {

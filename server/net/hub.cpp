@@ -1,6 +1,7 @@
 #include "server/net/hub.hpp"
 
 #include "server/net/protocol.hpp"
+#include "server/render/colour_scale.hpp"
 
 #include <utility>
 
@@ -33,6 +34,28 @@ void Hub::remove_viewer(const std::shared_ptr<Viewer>& viewer) {
     remove(viewer);
 }
 
+Hub::Refusal Hub::snapshot(const SnapshotQuery& query, SnapshotPainter::Done done) {
+    using namespace std::chrono_literals;
+    if (!ready()) return Refusal::not_ready;
+    const auto now = std::chrono::steady_clock::now();
+    // One at a time, and not without a pause: pictures must not starve the simulation.
+    if (*painting_ || now - last_snapshot_ < 100ms) return Refusal::busy;
+    last_snapshot_ = now;
+    *painting_ = true;
+    View view = make_view(query.view, *model_->frame_model, query.width, query.height);
+    view.floor = model_->floor;
+    const std::string& title = model_->scene.title.empty() ? model_->scene.name : model_->scene.title;
+    auto finish = [painting = painting_, done = std::move(done)](SnapshotPainter::Result result) {
+        *painting = false;
+        done(std::move(result));
+    };
+    session.capture(field_of(view.colouring), [this, view, title, finish](std::shared_ptr<const Frame> frame) {
+        if (!frame) return finish({"", "the simulation has ended or failed"});
+        painter_.submit({std::move(frame), view, title}, finish);
+    });
+    return Refusal::none;
+}
+
 void Hub::shut_down(std::function<void()> done) {
     done_ = std::move(done);
     if (connections_.empty()) return done_();
@@ -48,7 +71,7 @@ void Hub::on_progress(const std::string& what, double fraction) {
     }
 }
 
-void Hub::on_model(std::shared_ptr<const Model> model) { model_ = std::move(model); }
+void Hub::on_model(std::shared_ptr<const SessionModel> model) { model_ = std::move(model); }
 
 void Hub::on_frame(std::shared_ptr<const Frame> frame) {
     frame_ = std::move(frame);
@@ -69,7 +92,7 @@ void Hub::on_state(const SessionState& state) {
 }
 
 void Hub::greet(Viewer& viewer) {
-    viewer.push(hello_event(model_->scene, *model_->frame_model, *state_));
+    viewer.push(hello_event(*model_, *state_));
     viewer.outbox.set_progress(nullptr);
     viewer.outbox.show(moment());
     viewer.flush();

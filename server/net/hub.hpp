@@ -6,10 +6,13 @@
 
 #include "server/net/access.hpp"
 #include "server/net/outbox.hpp"
+#include "server/net/snapshot.hpp"
 #include "server/net/web_files.hpp"
 #include "server/session/remaining_time.hpp"
 #include "server/session/session.hpp"
 
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -47,13 +50,18 @@ class Hub {
     void remove_viewer(const std::shared_ptr<Viewer>& viewer);
     ClientId new_client() { return ++last_client_; }
 
+    /// A picture of the present moment; `done` is called once, on any thread, unless this returns a refusal.
+    enum class Refusal { none, not_ready, busy };
+    Refusal snapshot(const SnapshotQuery& query, SnapshotPainter::Done done);
+    [[nodiscard]] const SessionModel* model() const { return model_.get(); }
+
     /// Ends all connections, and calls `done` when none is left.
     void shut_down(std::function<void()> done);
     [[nodiscard]] bool shutting_down() const { return done_ != nullptr; }
 
     // Events of the session.
     void on_progress(const std::string& what, double fraction);
-    void on_model(std::shared_ptr<const Model> model);
+    void on_model(std::shared_ptr<const SessionModel> model);
     void on_frame(std::shared_ptr<const Frame> frame);
     void on_state(const SessionState& state);
 
@@ -69,16 +77,19 @@ class Hub {
     ClientId last_client_ = 0;
     std::function<void()> done_;
 
-    std::shared_ptr<const Model> model_;
+    std::shared_ptr<const SessionModel> model_;
     std::shared_ptr<const Frame> frame_;
     std::optional<SessionState> state_;
     SharedBytes progress_;
+    std::shared_ptr<std::atomic<bool>> painting_ = std::make_shared<std::atomic<bool>>(false);
+    std::chrono::steady_clock::time_point last_snapshot_{};
     RemainingTime remaining_;
     std::string stage_;
 
     std::shared_ptr<const Moment> encoded_;  // of encoded_frame_
     std::shared_ptr<const Frame> encoded_frame_;
     std::uint32_t sequence_ = 0;
+    SnapshotPainter painter_;  // last: its thread ends before the rest goes
 };
 
 }  // namespace tetfront

@@ -1,6 +1,7 @@
 #include "server/net/protocol.hpp"
 
 #include "engine/base/error.hpp"
+#include "server/render/view.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +9,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <numbers>
 #include <span>
 #include <utility>
 
@@ -102,21 +102,10 @@ std::string text(const Json& message) { return message.dump(-1, ' ', false, Json
 
 Json array(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-/// A scene that names no camera gets one that sees all of the rest box, a little from the right and above. The client
-/// knows its window's shape and turns the camera from there.
-ViewSpec fitted(ViewSpec view, const FrameModel& model) {
-    if (!view.fitted) return view;
-    const auto& box = model.rest_box;
-    const Vec3 low(box[0], box[1], box[2]), extent = Vec3(box[3], box[4], box[5]) - low;
-    const Vec3 up = Vec3::Unit(model.up);
-    const int right = model.up == 0 ? 1 : 0, depth = model.up == 2 ? 1 : 2;
-    Vec3 side = Vec3::Unit(right), front = (model.up == 1 ? 1 : -1) * Vec3::Unit(depth);
-    if (extent[depth] > 1.3 * extent[right]) std::swap(side, front), side = -side;  // look at the broader side
-    const double half_view = view.field_of_view / 2 * std::numbers::pi / 180;
-    const double distance = std::max(1.1 * extent.norm() / 2 / std::sin(half_view), 1e-9);
-    view.target = low + extent / 2;
-    view.eye = view.target + distance * (front + 0.42 * side + 0.38 * up).normalized();
-    return view;
+/// The scene's view with a camera, as JSON. A fitted camera suits a square window; the client knows its window's shape
+/// and turns the camera from there.
+Json view_of(const Scene& scene, const FrameModel& model) {
+    return Json::parse(view_json(make_view(scene.view, model, 512, 512)));
 }
 
 }  // namespace
@@ -167,8 +156,12 @@ std::string encode_frame(const Frame& frame, std::uint16_t generation, std::uint
     return bytes;
 }
 
-std::string hello_event(const Scene& scene, const FrameModel& model, const SessionState& state) {
-    const ViewSpec view = fitted(scene.view, model);
+std::string hello_event(const SessionModel& session, const SessionState& state) {
+    const Scene& scene = session.scene;
+    const FrameModel& model = *session.frame_model;
+    Json recorded;  // null
+    if (session.recorded)
+        recorded = {{"frames", session.recorded->frames}, {"start", session.recorded->start}, {"end", session.recorded->end}};
     return text({{"type", "hello"},
                  {"protocol", protocol_version},
                  {"version", TETFRONT_VERSION},
@@ -177,12 +170,8 @@ std::string hello_event(const Scene& scene, const FrameModel& model, const Sessi
                  {"depth", model.depth},
                  {"young_range", model.young_range},
                  {"rest_box", model.rest_box},
-                 {"view",
-                  {{"eye", array(view.eye)},
-                   {"target", array(view.target)},
-                   {"field_of_view", view.field_of_view},
-                   {"colouring", view.colouring},
-                   {"wireframe", view.wireframe}}},
+                 {"view", view_of(scene, model)},
+                 {"recording", recorded},
                  {"gravity", array(state.gravity)},
                  {"tolerance", state.status.tolerance},
                  {"time_step", scene.time_step},

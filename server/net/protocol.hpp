@@ -30,7 +30,7 @@ std::string encode_topology(const FrameTopology& topology, std::size_t front_cou
 std::string encode_frame(const Frame& frame, std::uint16_t generation, std::uint32_t sequence);
 
 // JSON messages, one line each, valid UTF-8 whatever the input.
-std::string hello_event(const Scene& scene, const FrameModel& model, const SessionState& state);
+std::string hello_event(const SessionModel& model, const SessionState& state);
 std::string state_event(const SessionState& state, std::size_t viewers);
 /// remaining: [s], when it can be said.
 std::string progress_event(std::string_view what, double fraction, const std::optional<double>& remaining);

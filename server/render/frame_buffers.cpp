@@ -50,18 +50,24 @@ void FrameBuffers::update(const Frame& frame, const View& view, float reference_
         faces_ = VertexFaces(frame.model->triangles, frame.surface.size());
         surface_.set_triangles(frame.model->triangles);
     }
-    if (new_model || colouring_ != view.colouring || frame.topology != topology_) {
-        const auto colours = surface_colours(*frame.model, *frame.topology, view.colouring);
+    const bool same_scale = colouring_ == view.colouring && range_ == view.range;
+    if (new_model || !same_scale || frame.topology != topology_ || field_of(view.colouring) != Field::none) {
+        const auto colours = surface_colours(frame, view);
         ENSURE(colours.size() == frame.surface.size(), colours.size(), " colours, ", frame.surface.size(), " vertices");
         surface_.colours.upload(bytes(colours));
     }
-    model_ = frame.model, topology_ = frame.topology, colouring_ = view.colouring;
+    model_ = frame.model, topology_ = frame.topology, colouring_ = view.colouring, range_ = view.range;
+    cut_.setZero();
+    if (view.cut) {
+        const Vec3 normal = view.cut->normal.normalized();
+        cut_ << normal.cast<float>(), static_cast<float>(normal.dot(view.cut->point));
+    }
     show_surface_ = view.surface;
     faces_.normals(frame.surface, normals_);
     surface_.positions.upload(bytes(frame.surface));
     surface_.normals.upload(bytes(normals_));
     update_lines(frame, view);
-    update_arrows(frame, 0.006F * reference_length);
+    update_arrows(frame, view, 0.006F * reference_length);
 }
 
 void FrameBuffers::update_lines(const Frame& frame, const View& view) {
@@ -83,9 +89,11 @@ void FrameBuffers::update_lines(const Frame& frame, const View& view) {
     line_array_.attribute(2, line_buffer_, 4, GL_UNSIGNED_BYTE, stride, offsetof(LineInstance, colour), 1);
 }
 
-void FrameBuffers::update_arrows(const Frame& frame, float radius) {
+void FrameBuffers::update_arrows(const Frame& frame, const View& view, float radius) {
     Solid solid;
-    for (const FramePull& pull : frame.pulls) append_arrow(solid, pull.from, pull.to, radius);
+    if (view.arrows) {
+        for (const FramePull& pull : frame.pulls) append_arrow(solid, pull.from, pull.to, radius);
+    }
     arrows_.set_triangles(solid.triangles);
     if (solid.triangles.empty()) return;
     const std::vector<std::array<std::uint8_t, 4>> colours(solid.positions.size(),
@@ -96,14 +104,19 @@ void FrameBuffers::update_arrows(const Frame& frame, float radius) {
 }
 
 void FrameBuffers::draw_surface() const {
-    if (show_surface_) surface_.draw();
+    if (!show_surface_) return;
+    if (!cut_.isZero()) glEnable(GL_CLIP_DISTANCE0);
+    surface_.draw();
+    glDisable(GL_CLIP_DISTANCE0);
 }
 void FrameBuffers::draw_arrows() const { arrows_.draw(); }
 
 void FrameBuffers::draw_lines() const {
     if (lines_.empty()) return;
     line_array_.bind();
+    if (!cut_.isZero()) glEnable(GL_CLIP_DISTANCE0);
     glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(lines_.size()));
+    glDisable(GL_CLIP_DISTANCE0);
 }
 
 }  // namespace tetfront

@@ -8,7 +8,9 @@
 #include "server/render/geometry.hpp"
 #include "server/render/gl.hpp"
 
+#include <array>
 #include <memory>
+#include <optional>
 
 namespace tetfront {
 
@@ -19,14 +21,16 @@ class FrameBuffers {
 
     /// Whether there is anything but lines.
     [[nodiscard]] bool has_solids() const { return show_surface_ || arrows_.index_count > 0; }
-    void draw_surface() const;  // nothing when the view hides the surface
+    void draw_surface() const;  // nothing when the view hides the surface; cut where the view says so
+    /// The view's cut as (normal, normal . point) for the programs' `cut`; zeros: none.
+    [[nodiscard]] const Eigen::Vector4f& cut() const { return cut_; }
     void draw_arrows() const;
     /// Attributes 0 and 1: ends, 2: colour; one instance of a 4-vertex strip per edge.
     void draw_lines() const;
 
  private:
     void update_lines(const Frame& frame, const View& view);
-    void update_arrows(const Frame& frame, float radius);
+    void update_arrows(const Frame& frame, const View& view, float radius);
 
     struct Mesh {
         GlVertexArray array;
@@ -52,7 +56,9 @@ class FrameBuffers {
     std::shared_ptr<const FrameModel> model_;        // whose triangles are in the buffers
     std::shared_ptr<const FrameTopology> topology_;  // whose colours are in the buffers
     Colouring colouring_{};
+    std::optional<std::array<double, 2>> range_;
     bool show_surface_ = true;
+    Eigen::Vector4f cut_ = Eigen::Vector4f::Zero();
 };
 
 }  // namespace tetfront

@@ -88,21 +88,21 @@ void VertexFaces::normals(std::span<const Point> positions, std::vector<Point>& 
     });
 }
 
-std::vector<std::array<std::uint8_t, 4>> surface_colours(const FrameModel& model, const FrameTopology& topology,
-                                                         Colouring colouring) {
+std::vector<std::array<std::uint8_t, 4>> surface_colours(const Frame& frame, const View& view) {
     std::vector<std::array<std::uint8_t, 4>> colours;
+    colours.reserve(frame.surface.size());
     const auto add = [&colours](Rgb c) { colours.push_back({c.r, c.g, c.b, 255}); };
-    if (colouring == Colouring::level) {
-        colours.reserve(topology.surface_level.size());
-        for (const std::uint8_t level : topology.surface_level) add(level_colour(level));
-    } else {
-        colours.reserve(model.young.size());
-        for (const float young : model.young) add(map_colour(stiffness_position(young, model.young_range)));
+    if (view.colouring == Colouring::level) {
+        for (const std::uint8_t level : frame.topology->surface_level) add(level_colour(level));
+        return colours;
     }
+    const ColourScale scale = colour_scale(frame, view);
+    for (const float value : view.colouring == Colouring::stiffness ? frame.model->young : frame.field_values)
+        add(scale.colour(static_cast<double>(value)));
     return colours;
 }
 
-Eigen::AlignedBox3f bounds(const Frame& frame, bool with_front) {
+Eigen::AlignedBox3f bounds(const Frame& frame, bool with_front, bool with_arrows) {
     Eigen::AlignedBox3f box;
     const auto extend = [&box](const Point& p) {
         const Vector3f v = vector(p);
@@ -112,7 +112,9 @@ Eigen::AlignedBox3f bounds(const Frame& frame, bool with_front) {
     if (with_front) {
         for (const Point& p : frame.front_positions) extend(p);
     }
-    for (const FramePull& pull : frame.pulls) extend(pull.from), extend(pull.to);
+    if (with_arrows) {
+        for (const FramePull& pull : frame.pulls) extend(pull.from), extend(pull.to);
+    }
     if (box.isEmpty()) return {Vector3f::Constant(-0.5F), Vector3f::Constant(0.5F)};
     return box;
 }

@@ -5,7 +5,7 @@
 //     std::vector<Vector3f> n = faces.normals(frame.surface);      // per frame
 
 #include "engine/simulation/frame.hpp"
-#include "server/render/palette.hpp"
+#include "server/render/colour_scale.hpp"
 #include "server/render/view.hpp"
 
 #include <Eigen/Core>
@@ -37,12 +37,11 @@ class VertexFaces {
     std::vector<Corner> corners_;       // [3F]
 };
 
-/// [S] RGBA of the surface's vertices.
-std::vector<std::array<std::uint8_t, 4>> surface_colours(const FrameModel& model, const FrameTopology& topology,
-                                                         Colouring colouring);
+/// [S] RGBA of the surface's vertices. Throws InputError when the frame lacks what the view's colouring shows.
+std::vector<std::array<std::uint8_t, 4>> surface_colours(const Frame& frame, const View& view);
 
-/// Box around all finite points of the frame: surface, front if asked for, pulls. A unit box if there is none.
-Eigen::AlignedBox3f bounds(const Frame& frame, bool with_front);
+/// Box around all finite points of the frame: surface, front and pulls if asked for. A unit box if there is none.
+Eigen::AlignedBox3f bounds(const Frame& frame, bool with_front, bool with_arrows = true);
 
 /// A closed triangle mesh with normals of its own.
 struct Solid {

@@ -1,5 +1,7 @@
 #include "server/render/legend.hpp"
 
+#include "server/render/colour_scale.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -36,7 +38,7 @@ class Page {
 
  private:
     void levels(const Frame& frame, bool as_lines);
-    void stiffness(const FrameModel& model);
+    void scale(const ColourScale& colours);
     [[nodiscard]] double px(double at_720) const { return at_720 * unit_; }
     /// Reserves a block above what is there already; false when the picture has no room for it.
     bool reserve(double height, double width) {
@@ -64,7 +66,8 @@ void Page::header(const Frame& frame, const std::string& title) {
     const auto& counts = frame.topology->tets_by_level;
     const std::uint64_t tets = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
     std::string numbers = "t = " + number("%.2f", status.time) + " s   ·   " + with_thousands(tets) + " tets";
-    if (status.estimate > 0) numbers += "   ·   error estimate " + number("%.2g", 100 * status.estimate) + " %";
+    if (status.estimate > 1e-6)  // at rest there is nothing but rounding
+        numbers += "   ·   error estimate " + number("%.2g", 100 * status.estimate) + " %";
     double force = 0;
     for (const FramePull& pull : frame.pulls) force += static_cast<double>(pull.force);
     if (!frame.pulls.empty()) numbers += "   ·   pull " + number("%.3g", force) + " N";
@@ -108,41 +111,36 @@ void Page::levels(const Frame& frame, bool as_lines) {
     }
 }
 
-void Page::stiffness(const FrameModel& model) {
-    const double low = static_cast<double>(model.young_range[0]), high = static_cast<double>(model.young_range[1]);
-    const bool logarithmic = is_logarithmic(model.young_range), single = !(high > low);
+void Page::scale(const ColourScale& colours) {
     const double bar = px(240), bar_height = px(12), x = px(margin);
     if (!reserve(px(62), bar)) return;
-    const std::string what = "Young’s modulus";
-    text(x, bottom_ + px(11), what, text_size, inks_.strong, true);
-    const double what_width = width(what, text_size, true);
-    const std::string how = single ? "  the same everywhere" : logarithmic ? "  logarithmic" : "";
-    text(x + what_width, bottom_ + px(11), how, text_size, inks_.weak);
+    text(x, bottom_ + px(11), colours.title, text_size, inks_.strong, true);
+    const double title_width = width(colours.title, text_size, true);
+    const std::string how = colours.single() ? "  the same everywhere" : colours.logarithmic ? "  logarithmic" : "";
+    text(x + title_width, bottom_ + px(11), how, text_size, inks_.weak);
     const double y = bottom_ + px(24);
-    if (single) {
-        fill_rectangle(image_, x, y, px(18), px(14), px(3), map_colour(0.5));
-        text(x + px(28), y + px(12), pascals(low), text_size, inks_.normal);
+    if (colours.single()) {
+        fill_rectangle(image_, x, y, px(18), px(14), px(3), colours.colour(colours.range[0]));
+        text(x + px(28), y + px(12), colours.label(colours.range[0]), text_size, inks_.normal);
         return;
     }
     const int columns = static_cast<int>(bar);
     for (int i = 0; i < columns; ++i)
-        fill_rectangle(image_, std::floor(x) + i, y, 1, bar_height, 0, map_colour((i + 0.5) / columns));
-    const double middle = logarithmic ? std::sqrt(low * high) : (low + high) / 2;
-    const std::string labels[] = {pascals(low), pascals(middle), pascals(high)};
+        fill_rectangle(image_, std::floor(x) + i, y, 1, bar_height, 0, map_colour((i + 0.5) / columns, colours.stops));
     for (int i = 0; i < 3; ++i) {
         fill_rectangle(image_, std::floor(x) + std::min(i * bar / 2, bar - 1), y + bar_height, 1, px(4), 0, inks_.weak);
-        const double shift = i * width(labels[i], text_size) / 2;
-        text(x + i * bar / 2 - shift, y + bar_height + px(19), labels[i], text_size, inks_.normal);
+        const std::string label = (i == 2 && colours.open ? "≥ " : "") + colours.label(colours.value_at(i / 2.0));
+        text(x + i * bar / 2 - i * width(label, text_size) / 2, y + bar_height + px(19), label, text_size, inks_.normal);
     }
 }
 
 void Page::key(const Frame& frame, const View& view) {
-    const bool by_stiffness = view.surface && view.colouring == Colouring::stiffness;
-    if (by_stiffness) {
-        stiffness(*frame.model);
+    const bool by_scale = view.surface && view.colouring != Colouring::level;
+    if (by_scale) {
+        scale(colour_scale(frame, view));
         bottom_ -= px(14);
     }
-    if (!by_stiffness || view.wireframe) levels(frame, by_stiffness || !view.surface);
+    if (!by_scale || view.wireframe) levels(frame, by_scale || !view.surface);
 }
 
 }  // namespace
@@ -158,14 +156,6 @@ std::string with_thousands(std::uint64_t number) {
     std::string digits = std::to_string(number);
     for (std::size_t i = digits.size(); i > 3;) digits.insert(i -= 3, 1, ',');
     return digits;
-}
-
-std::string pascals(double value) {
-    static constexpr const char* units[] = {" Pa", " kPa", " MPa", " GPa", " TPa"};
-    std::size_t unit = 0;
-    // 999.5 would print as 1e+03 with three digits.
-    for (; std::abs(value) >= 999.5 && unit + 1 < std::size(units); ++unit) value /= 1000;
-    return number("%.3g", value) + units[unit];
 }
 
 }  // namespace tetfront

@@ -23,7 +23,5 @@ class Legend {
 
 /// "1,234,567"
 std::string with_thousands(std::uint64_t number);
-/// Pressure with three significant digits and a prefix: 2.5e5 -> "250 kPa".
-std::string pascals(double value);
 
 }  // namespace tetfront

@@ -9,12 +9,11 @@ Rgb level_colour(int level) {
     return level_colours[static_cast<std::size_t>(std::clamp(level, 0, static_cast<int>(level_colours.size()) - 1))];
 }
 
-Rgb map_colour(double t) {
-    constexpr int last = static_cast<int>(stiffness_colours.size()) - 1;
+Rgb map_colour(double t, std::span<const Rgb> stops) {
+    const int last = static_cast<int>(stops.size()) - 1;
     const double at = std::clamp(t, 0.0, 1.0) * last;
     const int i = std::min(last - 1, static_cast<int>(at));
-    const Rgb &a = stiffness_colours[static_cast<std::size_t>(i)],
-              &b = stiffness_colours[static_cast<std::size_t>(i + 1)];
+    const Rgb &a = stops[static_cast<std::size_t>(i)], &b = stops[static_cast<std::size_t>(i + 1)];
     const auto mix = [f = at - i](std::uint8_t x, std::uint8_t y) {
         return static_cast<std::uint8_t>(std::lround(x + f * (y - x)));
     };

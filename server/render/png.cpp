@@ -3,20 +3,14 @@
 #include "engine/base/error.hpp"
 
 #include <algorithm>
-#include <cerrno>
-#include <system_error>
+#include <array>
+#include <fstream>
 
-#include <fcntl.h>
 #include <png.h>
-#include <unistd.h>
 
 namespace tetfront {
 
 namespace {
-
-[[noreturn]] void fail(const std::filesystem::path& file, int error) {
-    throw WriteError(file.string() + ": cannot be written: " + std::generic_category().message(error));
-}
 
 [[noreturn]] void on_error(png_structp, png_const_charp message) {
     throw LogicError(std::string("libpng: ") + message);
@@ -36,43 +30,6 @@ struct Writer {
     ~Writer() { png_destroy_write_struct(&png, &info); }
     Writer(const Writer&) = delete;
     Writer& operator=(const Writer&) = delete;
-};
-
-/// Keeps the name only once the file is complete.
-class TemporaryFile {
- public:
-    explicit TemporaryFile(const std::filesystem::path& target)
-        : target_(target), name_(target.string() + "." + std::to_string(::getpid()) + ".part") {
-        descriptor_ = ::open(name_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-        if (descriptor_ < 0) fail(target_, errno);
-    }
-    ~TemporaryFile() {
-        if (descriptor_ >= 0) ::close(descriptor_);
-        if (!renamed_) ::unlink(name_.c_str());
-    }
-    TemporaryFile(const TemporaryFile&) = delete;
-    TemporaryFile& operator=(const TemporaryFile&) = delete;
-
-    void write(std::string_view bytes) {
-        while (!bytes.empty()) {
-            const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
-            if (written < 0 && errno == EINTR) continue;
-            if (written < 0) fail(target_, errno);
-            bytes.remove_prefix(static_cast<std::size_t>(written));
-        }
-    }
-    void rename() {
-        // Some file systems report a full disk or quota only here.
-        if (::close(std::exchange(descriptor_, -1)) != 0) fail(target_, errno);
-        if (::rename(name_.c_str(), target_.c_str()) != 0) fail(target_, errno);
-        renamed_ = true;
-    }
-
- private:
-    std::filesystem::path target_;
-    std::string name_;
-    int descriptor_ = -1;
-    bool renamed_ = false;
 };
 
 }  // namespace
@@ -109,21 +66,26 @@ std::string encode_png(const Image& image, const PngOptions& options) {
     return bytes;
 }
 
-void write_file(const std::filesystem::path& file, std::string_view bytes) {
-    TemporaryFile temporary(file);
-    temporary.write(bytes);
-    temporary.rename();
-}
-
-void prepare_directory(const std::filesystem::path& directory) {
-    std::error_code error;
-    std::filesystem::create_directories(directory, error);
-    if (error) throw WriteError(directory.string() + ": cannot be made: " + error.message());
-    const std::filesystem::path probe = directory / ("probe." + std::to_string(::getpid()));
-    const int descriptor = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (descriptor < 0) fail(directory, errno);
-    ::close(descriptor);
-    ::unlink(probe.c_str());
+std::string read_png_text(const std::filesystem::path& file, std::string_view keyword) {
+    std::ifstream in(file, std::ios::binary);
+    std::array<char, 8> signature{};
+    if (!in.read(signature.data(), signature.size()) || signature[1] != 'P') return "";
+    for (std::array<unsigned char, 8> header{}; in.read(reinterpret_cast<char*>(header.data()), header.size());) {
+        const std::size_t length =
+            std::size_t{header[0]} << 24 | std::size_t{header[1]} << 16 | std::size_t{header[2]} << 8 | header[3];
+        const std::string_view kind(reinterpret_cast<const char*>(header.data()) + 4, 4);
+        if (kind == "IDAT") break;  // text of encode_png() comes before
+        if (kind != "tEXt" || length > 100'000) {
+            in.seekg(static_cast<std::streamoff>(length) + 4, std::ios::cur);
+            continue;
+        }
+        std::string text(length + 4, '\0');  // with the checksum
+        if (!in.read(text.data(), static_cast<std::streamsize>(text.size()))) break;
+        text.resize(length);
+        if (text.size() > keyword.size() && text[keyword.size()] == '\0' && text.starts_with(keyword))
+            return text.substr(keyword.size() + 1);
+    }
+    return "";
 }
 
 }  // namespace tetfront

@@ -1,24 +1,19 @@
 #pragma once
-// PNG files: written whole or not at all, with what made them in their text chunks.
+// PNG files, with what made them in their text chunks.
 //
 //     std::string bytes = encode_png(image, {.level = 1, .text = {{"Software", "tetfront 0.1"}, {"Scene", "bunny"}}});
-//     write_file("frames/000000.png", bytes);        // temporary name, then renamed
+//     write_atomically("frames/000000.png", bytes, Durable::no);
+//     read_png_text("frames/000000.png", "Scene")         // "bunny"
 
 #include "server/render/image.hpp"
 
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 namespace tetfront {
-
-/// A file that cannot be written: disk full, no permission, no directory. what(): one line, with the file's name.
-struct WriteError : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
 
 struct PngOptions {
     int level = 1;                                          // of zlib, 0..9; 1 is 2-4 times faster than 6
@@ -28,10 +23,7 @@ struct PngOptions {
 /// The PNG file's bytes: 8-bit RGB or RGBA, sRGB chunk, filter SUB. Same input, same bytes.
 std::string encode_png(const Image& image, const PngOptions& options);
 
-/// Throws WriteError; then there is neither a half-written nor a temporary file, and an old one is still whole.
-void write_file(const std::filesystem::path& file, std::string_view bytes);
-
-/// Makes the directory if needed and proves that files can be written there. Throws WriteError.
-void prepare_directory(const std::filesystem::path& directory);
+/// The text of the file's tEXt chunk with this keyword; empty when there is none or the file is no PNG.
+std::string read_png_text(const std::filesystem::path& file, std::string_view keyword);
 
 }  // namespace tetfront

@@ -65,9 +65,9 @@ Projection projection(const View& view, const Eigen::AlignedBox3f& box, const st
 struct Renderer::Impl {
     GlContext context;
     GlProgram background{"background", version + shaders::full_screen_vertex, version + shaders::background_fragment};
-    GlProgram surface{"surface", version + shaders::common + shaders::surface_vertex,
-                      version + shaders::common + shaders::surface_fragment};
-    GlProgram lines{"lines", version + shaders::line_vertex, version + shaders::line_fragment};
+    GlProgram surface{"surface", version + shaders::common + shaders::cut_vertex + shaders::surface_vertex,
+                      version + shaders::common + shaders::cut_fragment + shaders::surface_fragment};
+    GlProgram lines{"lines", version + shaders::cut_vertex + shaders::line_vertex, version + shaders::line_fragment};
     GlVertexArray nothing;
     GlFramebuffer target;
     GlTexture colour, depth;
@@ -78,7 +78,7 @@ struct Renderer::Impl {
     std::vector<std::uint8_t> samples;  // read back: RGBA, bottom-up
 
     void draw_tile(const Tile& tile, const View& view, const Projection& projection, const Studio& studio, float size);
-    void draw_lines(const Tile& tile, const View& view, const Projection& projection, const Matrix4f& clip);
+    void draw_lines(const Tile& tile, const View& view, const Projection& projection, const Matrix4f& clip, float size);
     void resolve(const Tile& tile, const View& view, Image& image);
 };
 
@@ -94,16 +94,16 @@ Image Renderer::render(const Frame& frame, const View& view, const std::string& 
     const float size =
         std::max(1e-9F, (Eigen::Map<const Vector3f>(rest.data() + 3) - Eigen::Map<const Vector3f>(rest.data())).norm());
     const bool with_lines = view.wireframe || !view.surface;
-    const Eigen::AlignedBox3f box = bounds(frame, false);
+    const Eigen::AlignedBox3f box = bounds(frame, false, view.arrows);
     const Studio studio(view);
-    const Projection projected = projection(view, bounds(frame, with_lines), view.floor);
+    const Projection projected = projection(view, bounds(frame, with_lines, view.arrows), view.floor);
 
     impl_->buffers.update(frame, view, size);
     std::optional<float> floor;
     if (view.floor) floor = static_cast<float>(*view.floor);
     if (impl_->buffers.has_solids()) {
         impl_->shadows.draw(impl_->buffers, studio, box, size, floor);
-        impl_->visibility.draw(impl_->buffers, view, projected.clip_from_eye, studio, impl_->shadows, size);
+        impl_->visibility.draw(impl_->buffers, view, projected.clip_from_eye, studio, impl_->shadows, box, size);
     }
 
     Image image(view.width, view.height, view.background == Background::transparent ? 4 : 3);
@@ -161,7 +161,8 @@ void Renderer::Impl::draw_tile(const Tile& tile, const View& view, const Project
         surface.use();
         surface.set_texture("visibility", 0, GL_TEXTURE_2D, visibility.texture());
         surface.set("clip_from_world", clip);
-        surface.set("eye", Vector3f(view.eye.cast<float>()));
+        surface.set("eye_position", Vector3f(view.eye.cast<float>()));
+        surface.set("cut", buffers.cut());
         surface.set("up", studio.up);
         surface.set("key_light", studio.key);
         surface.set("fill_light", studio.fill);
@@ -171,10 +172,11 @@ void Renderer::Impl::draw_tile(const Tile& tile, const View& view, const Project
         buffers.draw_surface();
         buffers.draw_arrows();
     }
-    draw_lines(tile, view, projected, clip);
+    draw_lines(tile, view, projected, clip, size);
 }
 
-void Renderer::Impl::draw_lines(const Tile& tile, const View& view, const Projection& projected, const Matrix4f& clip) {
+void Renderer::Impl::draw_lines(const Tile& tile, const View& view, const Projection& projected, const Matrix4f& clip,
+                                float size) {
     glEnable(GL_BLEND);
     glDepthMask(GL_FALSE);
     const double scale = std::max(1.0, std::sqrt(view.height / 720.0)) * view.supersampling;
@@ -182,7 +184,9 @@ void Renderer::Impl::draw_lines(const Tile& tile, const View& view, const Projec
     lines.set("clip_from_world", clip);
     lines.set("tile_samples", Eigen::Vector2f(static_cast<float>(tile.width), static_cast<float>(tile.height)));
     lines.set("half_width", static_cast<float>(line_half_width * scale));
-    lines.set("bias", 4e-4F);
+    lines.set("cut", buffers.cut());
+    lines.set("eye", Vector3f(view.eye.cast<float>()));
+    lines.set("bias", 0.004F * size);
     lines.set("near_plane", projected.near_plane);
     // Without a surface the far side shows through: fade it.
     const float far_side = projected.far_plane;

@@ -1,9 +1,11 @@
 #include "server/render/sequence.hpp"
 
+#include "engine/base/atomic_file.hpp"
 #include "engine/base/error.hpp"
 #include "server/render/bounded_queue.hpp"
 #include "server/render/renderer.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -73,10 +75,14 @@ class Pipeline {
     }
 
     void simulate_all() {
-        for (int i = 0; i < options_.frames; ++i) {
+        const bool all = options_.numbers.empty();
+        const int count = all ? options_.frames : static_cast<int>(options_.numbers.size());
+        for (int i = 0; i < count; ++i) {
+            const int number = all ? i : options_.numbers[static_cast<std::size_t>(i)];
             const Stopwatch watch;
-            Simulated next{i, source_(i)};
+            Simulated next{number, source_(number)};
             report_.simulate += watch.seconds();
+            if (!next.frame) break;
             if (!frames_.push(std::move(next))) return;
         }
         frames_.close();
@@ -87,7 +93,8 @@ class Pipeline {
         while (const auto next = frames_.pop()) {
             const Stopwatch watch;
             const double turns = static_cast<double>(next->index) / options_.frames;
-            const View view = options_.turntable ? turntable(options_.view, turns) : options_.view;
+            View view = at_time(options_.view, next->frame->status.time);
+            if (options_.turntable) view = turntable(view, turns);
             Rendered done{next->index, next->frame->status.time, renderer.render(*next->frame, view, options_.title)};
             report_.render += watch.seconds();
             if (!images_.push(std::move(done))) return;
@@ -104,7 +111,7 @@ class Pipeline {
             PngOptions png{options_.png_level, options_.text};
             png.text.emplace_back("Frame", std::to_string(next->index));
             png.text.emplace_back("Time", time);
-            write_file(options_.directory / frame_name(next->index), encode_png(next->image, png));
+            write_atomically(options_.directory / frame_name(next->index), encode_png(next->image, png), Durable::no);
             report_.encode += watch.seconds();
             if (!written_.push(++written)) return;
         }
@@ -127,6 +134,7 @@ class Pipeline {
 SequenceReport render_sequence(const SequenceOptions& options, const FrameSource& source,
                                const std::function<bool(int written)>& progress) {
     ENSURE(options.frames >= 1, options.frames, " frames");
+    ENSURE(std::ranges::is_sorted(options.numbers), "numbers of frames are not in order");
     validate(options.view);
     prepare_directory(options.directory);
     return Pipeline(options, source).run(progress);

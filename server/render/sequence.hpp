@@ -23,11 +23,12 @@
 namespace tetfront {
 
 struct SequenceOptions {
-    int frames = 1;  // >= 1
+    int frames = 1;            // of the whole sequence, >= 1
+    std::vector<int> numbers;  // of those to write, ascending in [0, frames); empty: all
     std::filesystem::path directory;
     View view;
     std::string title;
-    bool turntable = false;                                 // one revolution over the whole sequence
+    bool turntable = false;    // one revolution over the whole sequence, on top of what the view's keyframes do
     int png_level = 1;                                      // 0..9
     std::vector<std::pair<std::string, std::string>> text;  // PNG text chunks; Frame and Time are added
 };
@@ -38,12 +39,13 @@ struct SequenceReport {
     double simulate = 0, render = 0, encode = 0;  // [s] each stage was at work, without waiting
 };
 
-/// Frame number `index`; called with 0, 1, 2, ... on a thread that is neither the caller's nor the renderer's.
+/// Frame number `index`; called with the numbers in order on a thread that is neither the caller's nor the renderer's.
+/// Null: there are no more.
 using FrameSource = std::function<std::shared_ptr<const Frame>(int index)>;
 
 /// Writes directory/000000.png and so on. `progress` is called on the calling thread after each file with the number
 /// written so far; false ends the work early, after the files that are on their way.
-/// Throws what the source throws, InputError for a view out of range, WriteError when a file cannot be written.
+/// Throws what the source throws, InputError for a view out of range, OutputError when a file cannot be written.
 SequenceReport render_sequence(const SequenceOptions& options, const FrameSource& source,
                                const std::function<bool(int written)>& progress);
 

@@ -27,12 +27,33 @@ float decode(float x) { return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.05
 vec3 decode(vec3 c) { return vec3(decode(c.r), decode(c.g), decode(c.b)); }
 )glsl";
 
+/// The view's cut, `cut` = (normal, normal . point) or zeros: what lies beyond is clipped. Where the object's inner side
+/// shows through the opening, the point of the plane before it takes its place, so that a closed surface looks solid.
+inline constexpr const char* cut_vertex = R"glsl(
+uniform vec4 cut;
+float kept(vec3 position) { return cut.w - dot(cut.xyz, position); }
+)glsl";
+inline constexpr const char* cut_fragment = R"glsl(
+uniform vec4 cut;
+uniform vec3 eye_position;
+bool on_cap(inout vec3 world) {
+    vec3 way = world - eye_position;
+    float along = dot(cut.xyz, way);
+    if (gl_FrontFacing || along >= 0.0) return false;
+    float t = (cut.w - dot(cut.xyz, eye_position)) / along;
+    if (t <= 0.0 || t >= 1.0) return false;
+    world = eye_position + t * way;
+    return true;
+})glsl";
+
 /// Depth only, seen by a light.
 inline constexpr const char* depth_vertex = R"glsl(
 layout(location = 0) in vec3 position;
 uniform mat4 clip_from_world;
-void main() { gl_Position = clip_from_world * vec4(position, 1.0); }
-)glsl";
+void main() {
+    gl_ClipDistance[0] = kept(position);
+    gl_Position = clip_from_world * vec4(position, 1.0);
+})glsl";
 inline constexpr const char* depth_fragment = "void main() {}\n";
 
 /// Eye-space normal and distance along the viewing axis, for ambient occlusion. Distance 0: nothing there.
@@ -40,20 +61,22 @@ inline constexpr const char* eye_vertex = R"glsl(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 uniform mat4 eye_from_world, clip_from_eye;
-out vec3 eye_normal;
-out float eye_distance;
+out vec3 world, eye_normal;
 void main() {
-    vec4 eye = eye_from_world * vec4(position, 1.0);
+    world = position;
     eye_normal = mat3(eye_from_world) * normal;
-    eye_distance = -eye.z;
-    gl_Position = clip_from_eye * eye;
+    gl_ClipDistance[0] = kept(position);
+    gl_Position = clip_from_eye * eye_from_world * vec4(position, 1.0);
 })glsl";
 inline constexpr const char* eye_fragment = R"glsl(
-in vec3 eye_normal;
-in float eye_distance;
+in vec3 world, eye_normal;
+uniform mat4 eye_from_world;
 out vec4 result;
-void main() { result = vec4(normalize(gl_FrontFacing ? eye_normal : -eye_normal), eye_distance); }
-)glsl";
+void main() {
+    vec3 x = world;
+    vec3 n = on_cap(x) ? mat3(eye_from_world) * cut.xyz : normalize(gl_FrontFacing ? eye_normal : -eye_normal);
+    result = vec4(n, -(eye_from_world * vec4(x, 1.0)).z);
+})glsl";
 
 /// How much of the sky (R) and of the key light (G) each visible point sees. Sky: ambient obscurance (McGuire et al.
 /// 2011), neighbours in a disc of world radius `reach` that rise above the tangent plane. Key: share of a small disc of
@@ -235,20 +258,29 @@ void main() {
     world = position;
     world_normal = normal;
     albedo = decode(colour.rgb);
+    gl_ClipDistance[0] = kept(position);
     gl_Position = clip_from_world * vec4(position, 1.0);
 })glsl";
 
 /// Soft studio light: sky and floor from all around, a key light with a soft shadow, a weak fill and a rim from behind.
 inline constexpr const char* surface_fragment = R"glsl(
 in vec3 world, world_normal, albedo;
-uniform vec3 eye, up, key_light, fill_light, rim_light;   // unit vectors towards the lights
+uniform vec3 up, key_light, fill_light, rim_light;   // unit vectors towards the lights
+uniform mat4 clip_from_world;
 uniform sampler2D visibility;    // of sky and key light, of the whole picture
 uniform vec4 tile;               // scale and offset of this tile in the picture
 uniform vec2 tile_samples;
 out vec4 result;
 void main() {
-    vec3 v = normalize(eye - world), n = normalize(world_normal);
+    vec3 x = world, n = normalize(world_normal), paint = albedo;
     if (!gl_FrontFacing) n = -n;
+    gl_FragDepth = gl_FragCoord.z;
+    if (on_cap(x)) {
+        n = cut.xyz, paint = vec3(0.52, 0.49, 0.45);
+        vec4 clip = clip_from_world * vec4(x, 1.0);
+        gl_FragDepth = 0.5 + 0.5 * clip.z / clip.w;
+    }
+    vec3 v = normalize(eye_position - x);
     vec2 visible = texture(visibility, gl_FragCoord.xy / tile_samples * tile.xy + tile.zw).rg;
     float ambient = visible.r;
     float sky = 0.5 + 0.5 * dot(n, up), facing = dot(n, key_light);
@@ -262,7 +294,7 @@ void main() {
     float a2 = 0.031, nh = max(0.0, dot(n, h)), d = nh * nh * (a2 - 1.0) + 1.0;
     float gloss = 0.04 * a2 / (pi * d * d) * 0.9;
     float rim = fresnel * ambient * (0.16 + 0.5 * max(0.0, dot(n, rim_light)));
-    vec3 c = albedo * light + vec3(gloss * key + rim * 0.55);
+    vec3 c = paint * light + vec3(0.8 * gloss * key + 0.4 * rim);
     c = mix(c, 0.72 + 0.28 * (1.0 - exp((0.72 - c) / 0.28)), step(0.72, c));   // soft shoulder instead of clipping
     result = vec4(encode(clamp(c, 0.0, 1.0)), 1.0);
 })glsl";
@@ -275,13 +307,15 @@ layout(location = 2) in vec4 colour;
 uniform mat4 clip_from_world;
 uniform vec2 tile_samples;
 uniform float half_width;        // [samples]
-uniform float bias;              // towards the eye, in clip depth
+uniform vec3 eye;
+uniform float bias;              // [m] towards the eye, so that edges on the surface are not half buried in it
 uniform float near_plane;
 uniform vec2 fade;               // eye distances: opaque before the first, weakest after the second
 out float across;                // [samples] from the segment's middle
 out vec4 ink;
 void main() {
-    vec4 p = clip_from_world * vec4(a, 1.0), q = clip_from_world * vec4(b, 1.0);
+    vec4 p = clip_from_world * vec4(a + bias * normalize(eye - a), 1.0);
+    vec4 q = clip_from_world * vec4(b + bias * normalize(eye - b), 1.0);
     // Behind the eye the division below means nothing: cut at the near plane (w is the distance along the axis).
     if (p.w < near_plane) p = mix(p, q, (near_plane - p.w) / max(q.w - p.w, 1e-9));
     else if (q.w < near_plane) q = mix(q, p, (near_plane - q.w) / max(p.w - q.w, 1e-9));
@@ -291,11 +325,11 @@ void main() {
     way = len > 1e-6 ? way / len : vec2(1.0, 0.0);
     vec4 end = (gl_VertexID & 1) == 0 ? p : q;
     float reach = half_width + 1.0;
+    gl_ClipDistance[0] = kept((gl_VertexID & 1) == 0 ? a : b);
     across = (gl_VertexID & 2) == 0 ? -reach : reach;
     vec2 offset = (vec2(-way.y, way.x) * across + ((gl_VertexID & 1) == 0 ? -way : way) * 0.5 * half_width);
     ink = vec4(colour.rgb, colour.a * mix(1.0, 0.25, smoothstep(fade.x, fade.y, end.w)));
     end.xy += offset / (0.5 * tile_samples) * end.w;
-    end.z -= bias * end.w;
     gl_Position = end;
 })glsl";
 inline constexpr const char* line_fragment = R"glsl(

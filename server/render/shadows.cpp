@@ -48,7 +48,7 @@ Studio::Studio(const View& view) : up_axis(view.up) {
 }
 
 Shadows::Shadows()
-    : depth_("depth", full({shaders::depth_vertex}), full({shaders::depth_fragment})),
+    : depth_("depth", full({shaders::cut_vertex, shaders::depth_vertex}), full({shaders::depth_fragment})),
       sky_("floor sky", full({shaders::full_screen_vertex}), full({shaders::common, shaders::floor_sky_fragment})),
       bake_("floor bake", full({shaders::full_screen_vertex}), full({shaders::common, shaders::floor_bake_fragment})),
       blur_("floor blur", full({shaders::full_screen_vertex}), full({shaders::floor_blur_fragment})),
@@ -81,6 +81,7 @@ void Shadows::draw_key(const FrameBuffers& buffers, const Studio& studio, const 
     glClear(GL_DEPTH_BUFFER_BIT);
     depth_.use();
     depth_.set("clip_from_world", clip_from_world);
+    depth_.set("cut", buffers.cut());
     buffers.draw_surface();
     buffers.draw_arrows();
 }
@@ -113,6 +114,7 @@ void Shadows::bake_floor(const FrameBuffers& buffers, const Studio& studio, cons
     glEnable(GL_DEPTH_CLAMP);
     depth_.use();
     depth_.set("clip_from_world", Matrix4f(clip_from_floor * world_from_floor_.inverse()));
+    depth_.set("cut", buffers.cut());
     buffers.draw_surface();
     glDisable(GL_DEPTH_CLAMP);
 

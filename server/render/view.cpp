@@ -46,12 +46,6 @@ Vec3 default_direction(int up, const Vec3& extent) {
 
 }  // namespace
 
-Colouring parse_colouring(const std::string& name) {
-    if (name == "level") return Colouring::level;
-    if (name == "stiffness") return Colouring::stiffness;
-    throw InputError("view", "colouring", "is \"" + name + "\"", "use level or stiffness");
-}
-
 void validate(const View& view) {
     check_range("width", view.width, 16, 8192);
     check_range("height", view.height, 16, 8192);
@@ -64,30 +58,14 @@ void validate(const View& view) {
 
 View make_view(const ViewSpec& spec, const FrameModel& model, int width, int height) {
     View view;
+    static_cast<ViewSpec&>(view) = spec;
     view.width = width, view.height = height;
     view.up = model.up;
-    view.field_of_view = spec.field_of_view;
-    view.colouring = parse_colouring(spec.colouring);
-    view.wireframe = spec.wireframe;
-    view.eye = spec.eye, view.target = spec.target;
     if (spec.fitted) fit_camera(view, model.rest_box, default_margin);
+    view.fitted = false;
     view.floor = model.rest_box[static_cast<std::size_t>(model.up)];
     validate(view);
     return view;
-}
-
-std::optional<double> floor_height(const Model& model) {
-    if (!model.has_pins) return std::nullopt;
-    const auto& box = model.frame_model->rest_box;
-    const auto up = static_cast<std::size_t>(model.frame_model->up);
-    const double low = box[up], height = box[up + 3] - box[up];
-    std::size_t lowest = 0, pinned = 0;
-    for (const VertexId v : ids<VertexId>(model.tree.vertex_count())) {
-        if (model.tree.rest(v)[model.frame_model->up] > low + height / 20) continue;
-        ++lowest;
-        pinned += model.pinned[v] ? 1 : 0;
-    }
-    return 2 * pinned >= lowest ? low : low - 0.5 * std::max(height, 0.5 * model.size);
 }
 
 void fit_camera(View& view, const std::array<float, 6>& box, double margin) {
@@ -112,6 +90,30 @@ void fit_camera(View& view, const std::array<float, 6>& box, double margin) {
 View turntable(View view, double turns) {
     const Eigen::AngleAxisd rotation(2 * std::numbers::pi * turns, Vec3::Unit(view.up));
     view.eye = view.target + rotation * (view.eye - view.target);
+    return view;
+}
+
+View at_time(View view, double time) {
+    const std::vector<CameraKey>& keys = view.keyframes;
+    if (keys.empty()) return view;
+    const auto next = static_cast<std::size_t>(
+        std::ranges::upper_bound(keys, time, {}, [](const CameraKey& key) { return key.time; }) - keys.begin());
+    if (next == 0 || next == keys.size()) {
+        const CameraKey& key = next == 0 ? keys.front() : keys.back();
+        view.eye = key.eye, view.target = key.target;
+        return view;
+    }
+    const CameraKey &a = keys[next - 1], &b = keys[next];
+    const CameraKey &before = keys[next >= 2 ? next - 2 : 0], &after = keys[std::min(next + 1, keys.size() - 1)];
+    const double length = b.time - a.time, t = (time - a.time) / length;
+    const auto curve = [&](Vec3 CameraKey::*what) -> Vec3 {  // cubic Hermite; slopes from the neighbours
+        const Vec3 start = (b.*what - before.*what) / (b.time - before.time) * length;
+        const Vec3 end = (after.*what - a.*what) / (after.time - a.time) * length;
+        const double u = 1 - t;
+        return (1 + 2 * t) * u * u * (a.*what) + t * u * u * start + t * t * (3 - 2 * t) * (b.*what) - t * t * u * end;
+    };
+    view.eye = curve(&CameraKey::eye), view.target = curve(&CameraKey::target);
+    if ((view.eye - view.target).norm() < 1e-6) view.eye = a.eye, view.target = a.target;  // the curves may meet
     return view;
 }
 

@@ -1,8 +1,7 @@
 #pragma once
-// What to see of a frame, and from where: the one description that pictures, and later the browser's snapshots, share.
+// What to see of a frame, and from where: the scene's ViewSpec, made into a camera for a picture of some size.
 //
-//     View view = make_view(scene.view, *frame.model);     // fits the camera when the scene says nothing
-//     view.width = 1920, view.height = 1080;
+//     View view = make_view(scene.view, *frame.model, 1920, 1080);     // fits the camera when the scene says nothing
 //     Image image = renderer.render(frame, turntable(view, 0.25), {"Bunny"});
 //
 // Axes are the scene's; `up` says which of them points up.
@@ -16,23 +15,11 @@
 
 namespace tetfront {
 
-enum class Colouring { level, stiffness };
-enum class Background { light, dark, transparent };
-
-/// "level" or "stiffness"; throws InputError for anything else.
-Colouring parse_colouring(const std::string& name);
-
-struct View {
-    Vec3 eye = {2, -4, 2}, target = {0, 0, 0};  // [m]
-    int up = 2;                                 // axis: 0 x, 1 y, 2 z
-    double field_of_view = 35;                  // [degrees] vertical, 5..120
-    int width = 1280, height = 720;             // [pixels] each 16..8192
-    int supersampling = 2;                      // 1..4: samples along each side of a pixel
-    Colouring colouring = Colouring::level;
-    bool surface = true;     // false: wireframe only
-    bool wireframe = false;  // edges of the front
-    bool legend = true;      // title, numbers and the colours' meaning
-    Background background = Background::light;
+/// The shared description with what only pictures have. A camera that is still to be fitted: see make_view().
+struct View : ViewSpec {
+    int up = 2;                      // axis: 0 x, 1 y, 2 z
+    int width = 1280, height = 720;  // [pixels] each 16..8192
+    int supersampling = 2;           // 1..4: samples along each side of a pixel
     /// [m] height (coordinate along `up`) of the floor that takes the shadow; none: nothing does.
     std::optional<double> floor;
 };
@@ -44,10 +31,6 @@ void validate(const View& view);
 /// all of it, with room to move. The floor touches the rest box from below.
 View make_view(const ViewSpec& spec, const FrameModel& model, int width, int height);
 
-/// Height for a view's floor: the rest box's lowest when the object stands there, that is, most of its lowest twentieth
-/// is pinned; otherwise far enough below for the object to hang and swing. None without pins: it would fall through.
-std::optional<double> floor_height(const Model& model);
-
 /// Eye and target such that the box (low xyz, high xyz) is inside of the picture with a margin on all sides.
 /// margin: share of the picture's half height and half width that stays free, 0..0.9.
 void fit_camera(View& view, const std::array<float, 6>& box, double margin);
@@ -55,6 +38,10 @@ void fit_camera(View& view, const std::array<float, 6>& box, double margin);
 /// The same camera, turned about the up axis through the target; turns: 1 is a full revolution, counter-clockwise seen
 /// from above.
 View turntable(View view, double turns);
+
+/// The camera at a moment [s]: on a smooth curve (Catmull & Rom 1974, with the keys' times) through the view's
+/// keyframes; before the first and after the last it stands still. Without keyframes: the same view.
+View at_time(View view, double time);
 
 /// World -> eye space (x right, y up, looking along -z).
 Eigen::Matrix4f eye_from_world(const View& view);

@@ -1,10 +1,11 @@
 #pragma once
 // How much of the sky and of the key light each visible point of the object sees, as a texture of the whole picture.
 //
-//     visibility.draw(buffers, view, clip_from_eye, studio, shadows, size);
+//     visibility.draw(buffers, view, clip_from_eye, studio, shadows, box, size);
 //     program.set_texture("visibility", 0, GL_TEXTURE_2D, visibility.texture());     // R sky, G key light: 0..1
 //
-// Computed at the picture's own resolution (at most 2048 a side: it is smooth), not per sample.
+// Computed at the picture's own resolution (at most 2048 a side: it is smooth), not per sample, and only where the
+// object's box is; elsewhere the texture holds anything.
 
 #include "server/render/frame_buffers.hpp"
 #include "server/render/gl.hpp"
@@ -16,9 +17,9 @@ class Visibility {
  public:
     Visibility();
 
-    /// clip_from_eye: of the whole picture. size [m]: scales the reach.
+    /// clip_from_eye: of the whole picture. box: of everything solid. size [m]: scales the reach.
     void draw(const FrameBuffers& buffers, const View& view, const Eigen::Matrix4f& clip_from_eye, const Studio& studio,
-              const Shadows& shadows, float size);
+              const Shadows& shadows, const Eigen::AlignedBox3f& box, float size);
     [[nodiscard]] GLuint texture() const { return blurred_.id(); }
 
  private:

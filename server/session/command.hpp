@@ -45,11 +45,15 @@ struct Budget {               ///< per step; replaces the scene's
     int tets = 1 << 28;       // 1..2^28
     double milliseconds = 0;  // 0..1e6; 0: no limit
 };
+struct Seek {         ///< to another moment of a recording; a simulation refuses
+    double time = 0;  // [s] >= 0
+};
 }  // namespace command
 
 using Command =
     std::variant<command::Play, command::Pause, command::Reset, command::Step, command::Speed, command::PullBegin,
-                 command::PullMove, command::PullEnd, command::Gravity, command::Tolerance, command::Budget>;
+                 command::PullMove, command::PullEnd, command::Gravity, command::Tolerance, command::Budget,
+                 command::Seek>;
 
 /// Why a command changed nothing. `code` is one of the codes in server/PROTOCOL.md.
 struct CommandError {

@@ -41,6 +41,8 @@ std::uint64_t pull_name(ClientId client, std::uint32_t pull) { return (std::uint
 
 Session::Session(Scene scene, bool playing, CacheSettings cache)
     : scene_(std::move(scene)), cache_(std::move(cache)), playing_(playing) {}
+Session::Session(Recording recording, bool playing)
+    : recording_(std::make_shared<Recording>(std::move(recording))), playing_(playing) {}
 
 Session::~Session() { stop(); }
 
@@ -76,6 +78,18 @@ void Session::submit(ClientId client, Command command, Reply reply) {
         reply(CommandError{"too_many", "", "too many commands are waiting for the simulation; send fewer"});
 }
 
+void Session::capture(Field field, std::function<void(std::shared_ptr<const Frame>)> use) {
+    {
+        const std::lock_guard lock(mutex_);
+        if (!stopping_) {
+            queue_.push_back({0, Capture{field, std::move(use)}, {}});
+            wake_.notify_all();
+            return;
+        }
+    }
+    use(nullptr);
+}
+
 void Session::disconnect(ClientId client) {
     const std::lock_guard lock(mutex_);  // not subject to max_queue: it must not get lost, and comes once per client
     queue_.push_back({client, Disconnect{}, {}});
@@ -97,15 +111,22 @@ void Session::run() {
 
 bool Session::build() {
     try {
-        const Progress progress = [this](const std::string& what, double fraction) {
-            {
-                const std::lock_guard lock(mutex_);
-                if (stopping_) throw BuildStopped{};
-            }
-            if (listener_.progress) listener_.progress(what, fraction);
-        };
-        model_ = build_model(scene_, progress, cache_);
-        simulation_.emplace(model_);
+        if (scene_) {
+            const Progress progress = [this](const std::string& what, double fraction) {
+                {
+                    const std::lock_guard lock(mutex_);
+                    if (stopping_) throw BuildStopped{};
+                }
+                if (listener_.progress) listener_.progress(what, fraction);
+            };
+            const auto model = build_model(*scene_, progress, cache_);
+            make_stage_ = [model] { return play_simulation(model); };
+            model_ = std::make_shared<const SessionModel>(session_model(*model));
+        } else {
+            make_stage_ = [this] { return play_recording(recording_); };
+            model_ = std::make_shared<const SessionModel>(session_model(*recording_));
+        }
+        stage_ = make_stage_();
     } catch (const BuildStopped&) {
         return false;
     } catch (...) {
@@ -134,8 +155,10 @@ bool Session::take_requests(std::vector<Request>& requests) {
         std::swap(requests, queue_);
     }
     if (!stopping) return true;
-    for (Request& request : requests)
+    for (Request& request : requests) {
+        if (const auto* capture = std::get_if<Capture>(&request.what)) capture->use(nullptr);
         if (request.reply) request.reply(CommandError{"failed", "", "the server is shutting down"});
+    }
     return false;
 }
 
@@ -154,11 +177,12 @@ std::optional<Session::Clock::time_point> Session::deadline() const {
 void Session::apply(Request& request) {
     if (std::holds_alternative<Disconnect>(request.what)) {
         const auto pulls = pulls_.extract(request.client);
-        if (!pulls || !simulation_) return;
-        for (const std::uint32_t pull : pulls.mapped()) simulation_->end_pull(pull_name(request.client, pull));
+        if (!pulls || !stage_) return;
+        for (const std::uint32_t pull : pulls.mapped()) stage_->end_pull(pull_name(request.client, pull));
         frame_dirty_ = true;
         return;
     }
+    if (const auto* wanted = std::get_if<Capture>(&request.what)) return capture(*wanted);
     std::optional<CommandError> error;
     try {
         error = apply(request.client, std::get<Command>(request.what));
@@ -171,10 +195,20 @@ void Session::apply(Request& request) {
     if (request.reply) request.reply(error);
 }
 
+void Session::capture(const Capture& wanted) {
+    std::shared_ptr<const Frame> frame;
+    try {
+        if (stage_) frame = stage_->frame(state_.steps_per_second, wanted.field);
+    } catch (...) {
+        break_down(text_of(std::current_exception()));
+    }
+    wanted.use(std::move(frame));
+}
+
 std::optional<CommandError> Session::apply(ClientId client, const Command& command) {
     if (!model_) return CommandError{"failed", "", failure_};
     if (std::holds_alternative<command::Reset>(command)) restart();
-    if (!simulation_) return CommandError{"failed", "", failure_};
+    if (!stage_) return CommandError{"failed", "", failure_};
     frame_dirty_ = state_dirty_ = true;
 
     using Result = std::optional<CommandError>;
@@ -218,34 +252,40 @@ std::optional<CommandError> Session::apply(ClientId client, const Command& comma
                            return CommandError{"too_many", "/pull",
                                                "a client pulls at most " + std::to_string(max_client_pulls) +
                                                    " points at a time; end another pull first"};
-                       simulation_->begin_pull(pull_name(client, pull.pull), pull.point, pull.target);
+                       stage_->begin_pull(pull_name(client, pull.pull), pull.point, pull.target);
                        mine.insert(pull.pull);
                        return {};
                    },
                    [&](const command::PullMove& pull) -> Result {
                        // A pull that a reset has ended is no error: another client may have sent the reset.
-                       simulation_->move_pull(pull_name(client, pull.pull), pull.target);
+                       stage_->move_pull(pull_name(client, pull.pull), pull.target);
                        return {};
                    },
                    [&](const command::PullEnd& pull) -> Result {
-                       simulation_->end_pull(pull_name(client, pull.pull));
+                       stage_->end_pull(pull_name(client, pull.pull));
                        pulls_[client].erase(pull.pull);
                        return {};
                    },
                    [&](const command::Gravity& gravity) -> Result {
-                       simulation_->set_gravity(gravity.value);
+                       stage_->set_gravity(gravity.value);
                        gravity_ = gravity.value;
                        state_urgent_ = true;
                        return {};
                    },
+                   [&](const command::Seek& seek) -> Result {
+                       stage_->seek(seek.time);
+                       next_step_ = Clock::now();
+                       state_urgent_ = true;
+                       return {};
+                   },
                    [&](const command::Tolerance& tolerance) -> Result {
-                       simulation_->set_tolerance(tolerance.value);
+                       stage_->set_tolerance(tolerance.value);
                        tolerance_ = tolerance.value;
                        state_urgent_ = true;
                        return {};
                    },
                    [&](const command::Budget& budget) -> Result {
-                       simulation_->set_budget(static_cast<std::size_t>(budget.tets), budget.milliseconds);
+                       stage_->set_budget(static_cast<std::size_t>(budget.tets), budget.milliseconds);
                        budget_ = budget;
                        return {};
                    }},
@@ -253,10 +293,16 @@ std::optional<CommandError> Session::apply(ClientId client, const Command& comma
 }
 
 void Session::step_if_due() {
-    if (!simulation_ || !stepping()) return;
+    if (!stage_ || !stepping()) return;
     if (playing_ && Clock::now() < next_step_) return;
     try {
-        simulation_->step();
+        if (!stage_->step()) {  // a recording's end
+            playing_ = false;
+            pending_steps_ = 0;
+            state_.steps_per_second = 0;
+            state_urgent_ = true;
+            return;
+        }
     } catch (...) {
         break_down(text_of(std::current_exception()));
         return;
@@ -264,7 +310,7 @@ void Session::step_if_due() {
     frame_dirty_ = state_dirty_ = true;
     if (playing_) {
         next_step_ +=
-            std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(scene_.time_step / speed_));
+            std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(model_->scene.time_step / speed_));
         const auto now = Clock::now();
         if (next_step_ + largest_lag < now) next_step_ = now;
         measure_rate();
@@ -292,16 +338,16 @@ void Session::publish_if_due() {
     state_dirty_ = state_urgent_ = false;
     state_.playing = playing_;
     state_.speed = speed_;
-    state_.gravity = gravity_.value_or(scene_.gravity);
+    state_.gravity = gravity_.value_or(model_ ? model_->scene.gravity : Vec3::Zero());
     if (listener_.state) listener_.state(state_);
 }
 
 void Session::publish_frame() {
     frame_dirty_ = false;
     last_frame_ = Clock::now();
-    if (!simulation_) return;
+    if (!stage_) return;
     try {
-        const std::shared_ptr<const Frame> frame = simulation_->frame(state_.steps_per_second);
+        const std::shared_ptr<const Frame> frame = stage_->frame(state_.steps_per_second, Field::none);
         state_.status = frame->status;
         state_.tets_by_level = frame->topology->tets_by_level;
         if (listener_.frame) listener_.frame(frame);
@@ -315,13 +361,13 @@ void Session::restart() {
     pulls_.clear();
     pending_steps_ = 0;
     try {
-        if (simulation_) {
-            simulation_->reset();
+        if (stage_) {
+            stage_->reset();
         } else {
-            simulation_.emplace(model_);
-            if (gravity_) simulation_->set_gravity(*gravity_);
-            if (tolerance_) simulation_->set_tolerance(*tolerance_);
-            if (budget_) simulation_->set_budget(static_cast<std::size_t>(budget_->tets), budget_->milliseconds);
+            stage_ = make_stage_();
+            if (gravity_) stage_->set_gravity(*gravity_);
+            if (tolerance_) stage_->set_tolerance(*tolerance_);
+            if (budget_) stage_->set_budget(static_cast<std::size_t>(budget_->tets), budget_->milliseconds);
         }
     } catch (...) {
         break_down(text_of(std::current_exception()));
@@ -335,7 +381,7 @@ void Session::restart() {
 
 /// A bug or a lack of memory: the simulation is given up, the session lives on and says so.
 void Session::break_down(const std::string& what) {
-    simulation_.reset();
+    stage_.reset();
     failure_ = "the simulation failed: " + what + "; reset to start again";
     std::ranges::replace(failure_, '\n', ' ');
     state_.status.warning = failure_;

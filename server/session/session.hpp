@@ -1,5 +1,5 @@
 #pragma once
-// A live simulation on a thread of its own. The thread owns the Simulation; everyone else sends commands, which are
+// A live simulation, or a recording that is played, on a thread of its own. The thread owns the Stage; everyone else sends commands, which are
 // applied between steps, and receives immutable Frames.
 //
 // It keeps pace with real time times `speed` when the machine can, and drops the lag when it cannot, so that it never
@@ -14,6 +14,7 @@
 #include "engine/simulation/frame.hpp"
 #include "engine/simulation/simulation.hpp"
 #include "server/session/command.hpp"
+#include "server/session/stage.hpp"
 
 #include <chrono>
 #include <condition_variable>
@@ -49,7 +50,7 @@ class Session {
     /// not throw. Any may be empty.
     struct Listener {
         Progress progress = {};                                        // while the model is being built
-        std::function<void(std::shared_ptr<const Model>)> model = {};  // once, before the first frame
+        std::function<void(std::shared_ptr<const SessionModel>)> model = {};  // once, before the first frame
         std::function<void(std::shared_ptr<const Frame>)> frame = {};  // at most about 60 a second
         std::function<void(const SessionState&)> state = {};           // on a change, and 10 a second while stepping
         std::function<void(std::exception_ptr)> build_failed = {};     // no model, frame or state will come
@@ -63,6 +64,7 @@ class Session {
 
     /// cache: for build_model; its warnings come on the simulation thread.
     Session(Scene scene, bool playing, CacheSettings cache = {});
+    Session(Recording recording, bool playing);
     ~Session();  // stop()
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
@@ -74,15 +76,22 @@ class Session {
 
     /// Any thread. Pull numbers of different clients never meet.
     void submit(ClientId client, Command command, Reply reply);
+    /// Any thread. Calls `use` on the simulation thread with the present moment, which has this field (a recording: if
+    /// it was recorded); with null when there is none.
+    void capture(Field field, std::function<void(std::shared_ptr<const Frame>)> use);
     /// Any thread. Ends the client's pulls.
     void disconnect(ClientId client);
 
  private:
     using Clock = std::chrono::steady_clock;
     struct Disconnect {};
+    struct Capture {
+        Field field;
+        std::function<void(std::shared_ptr<const Frame>)> use;
+    };
     struct Request {
         ClientId client;
-        std::variant<Command, Disconnect> what;
+        std::variant<Command, Disconnect, Capture> what;
         Reply reply;
     };
 
@@ -93,6 +102,7 @@ class Session {
     [[nodiscard]] std::optional<Clock::time_point> deadline() const;
     [[nodiscard]] bool stepping() const { return playing_ || pending_steps_ > 0; }
     void apply(Request& request);
+    void capture(const Capture& wanted);
     std::optional<CommandError> apply(ClientId client, const Command& command);
     void step_if_due();
     void publish_if_due();
@@ -101,8 +111,9 @@ class Session {
     void restart();
     void break_down(const std::string& what);
 
-    Scene scene_;
+    std::optional<Scene> scene_;  // to build; none: play recording_
     CacheSettings cache_;
+    std::shared_ptr<Recording> recording_;
     Listener listener_;
     std::thread thread_;
 
@@ -112,8 +123,9 @@ class Session {
     bool stopping_ = false;
 
     // Owned by the simulation thread.
-    std::shared_ptr<const Model> model_;
-    std::optional<Simulation> simulation_;  // empty: not built, or broken (failure_ says why)
+    std::shared_ptr<const SessionModel> model_;
+    std::function<std::unique_ptr<Stage>()> make_stage_;
+    std::unique_ptr<Stage> stage_;  // null: not built, or broken (failure_ says why)
     std::string failure_;
     std::map<ClientId, std::set<std::uint32_t>> pulls_;
     std::optional<Vec3> gravity_;  // set by a command: survives a restart

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "engine/simulation/simulation.hpp"
-#include "server/cli/atomic_file.hpp"
+#include "engine/base/atomic_file.hpp"
 #include "server/cli/comparison.hpp"
 #include "server/cli/sweep.hpp"
 #include "tests/support/hand.hpp"

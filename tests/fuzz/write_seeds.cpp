@@ -1,6 +1,8 @@
 // Writes small valid files for the fuzzers to start from: write_seeds DIRECTORY makes DIRECTORY/gmsh/..., and so on.
 
+#include "server/session/recording.hpp"
 #include "tests/engine/mesh/tet_files.hpp"
+#include "tests/support/blob_frame.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -27,6 +29,18 @@ int main(int argc, char** argv) {
     for (int first : {0, 1}) {
         const auto [node, ele] = tet_files::tetgen(sample, first);
         write("tetgen", "pair" + std::to_string(first), node + "\n====\n" + ele);
+    }
+    const auto recordings = std::filesystem::path(argv[1]) / "recording";
+    std::filesystem::create_directories(recordings);
+    for (const Field field : {Field::none, Field::stress}) {
+        RecordingInfo info;
+        info.field = field;
+        const auto frame = blob_frame(4);
+        frame->field = field;
+        if (field != Field::none) frame->field_values.assign(frame->surface.size(), 0.5F);
+        RecordingWriter writer(recordings / ("field" + std::to_string(static_cast<int>(field))), info, *frame->model);
+        for (int i = 0; i < 2; ++i) writer.add(*frame);
+        writer.finish();
     }
     // A cube of two by two by one on the grid of fuzz_surface.cpp.
     std::string cube;

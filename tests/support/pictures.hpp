@@ -1,6 +1,7 @@
 #pragma once
 // Pictures in tests: read a PNG, compare two images, hold one against a golden file.
 
+#include "engine/base/atomic_file.hpp"
 #include "server/render/image.hpp"
 #include "server/render/png.hpp"
 
@@ -54,11 +55,11 @@ inline std::filesystem::path golden_picture(const std::string& name) {
 /// TETFRONT_UPDATE_GOLDEN=1 writes the file anew; look at it before committing it. A difference leaves the new picture
 /// in the temporary directory.
 inline void expect_golden_picture(const std::string& name, const Image& image) {
-    if (std::getenv("TETFRONT_UPDATE_GOLDEN")) return write_file(golden_picture(name), encode_png(image, {.level = 9}));
+    if (std::getenv("TETFRONT_UPDATE_GOLDEN")) return write_atomically(golden_picture(name), encode_png(image, {.level = 9, .text = {}}));
     const Image golden = read_png(golden_picture(name));
     if (same_picture(golden, image)) return;
     const auto seen = std::filesystem::temp_directory_path() / ("tetfront-" + name);
-    write_file(seen, encode_png(image, {}));
+    write_atomically(seen, encode_png(image, {}));
     ADD_FAILURE() << name << ": " << 100 * share_different(golden, image, 2)
                   << " % of the pixels differ by more than 2, " << 100 * share_different(golden, image, 40)
                   << " % by more than 40; see " << seen;

@@ -119,7 +119,7 @@ TEST(Scene, EveryFieldIsRead) {
     EXPECT_EQ(scene.view.eye, Vec3(1, 2, 3));
     EXPECT_EQ(scene.view.target, Vec3(0, 1, 0));
     EXPECT_EQ(scene.view.field_of_view, 50);
-    EXPECT_EQ(scene.view.colouring, "stiffness");
+    EXPECT_EQ(scene.view.colouring, Colouring::stiffness);
     EXPECT_TRUE(scene.view.wireframe);
 }
 

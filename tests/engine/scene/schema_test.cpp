@@ -35,7 +35,11 @@ std::vector<json> full_documents() {
         "front": {"order": 1, "tolerance": 0.05, "min_level": 0, "max_level": 2, "budget": {"tets": 5000, "milliseconds": 10}},
         "solver": {"scheme": "midpoint", "newton_iterations": 3, "newton_tolerance": 1e-5, "cg_tolerance": 1e-6,
                    "cg_iterations": 77},
-        "view": {"eye": [1, 2, 3], "target": [0, 1, 0], "field_of_view": 50, "colouring": "stiffness", "wireframe": true}})";
+        "timeline": [{"time": 1, "gravity": [0, 1, 2]}, {"time": 2, "release": 1}],
+        "view": {"eye": [1, 2, 3], "target": [0, 1, 0], "field_of_view": 50, "colouring": "stiffness", "range": [1, 2],
+                 "surface": false, "wireframe": true, "arrows": false, "legend": false, "background": "dark",
+                 "cut": {"point": [0, 0, 0], "normal": [0, 0, 1]},
+                 "keyframes": [{"time": 0, "eye": [1, 2, 3], "target": [0, 0, 0]}, {"time": 1, "eye": [2, 2, 3], "target": [0, 0, 0]}]}})";
     json box = json::parse(shared);
     box["mesh"] = json::parse(R"({"box": {"low": [0, 0, 0], "high": [1, 2, 3], "cells": [1, 2, 3]}})");
     box["estimation"] = "average";
@@ -83,8 +87,8 @@ std::string parser_error(const json& document) {
 /// Rules that relate two values, which the schema states in its description only.
 bool is_relation(const std::string& message) {
     for (const char* part : {"is not above `low`", "is not ascending", "is not after `start`", "is where `target` is",
-                             "has no direction", "but `levels` is 0", "stands beside `", "has nothing to scale",
-                             "has a material already", " layers for ", "is not above the one before it",
+                             "has no direction", "is not after the keyframe before", "but there are", "but `levels` is 0", "stands beside `",
+                             "has nothing to scale", "has a material already", " layers for ", "is not above the one before it",
                              "is not positive definite", "has no two directions", "for an exponential gradient", "is empty; give", "makes ", "/front/min_level: is"}) {
         if (message.find(part) != std::string::npos) return true;
     }

@@ -47,7 +47,7 @@ TEST(Protocol, BytesAreGolden) {
     expect_golden("model_v1.bin", encode_model(*frame->model, 1));
     expect_golden("topology_v1.bin", encode_topology(*frame->topology, frame->front_positions.size(), 1));
     expect_golden("frame_v1.bin", encode_frame(*frame, 1, 42));
-    auto hello = nlohmann::ordered_json::parse(hello_event(sample_scene(), *frame->model, sample_state()));
+    auto hello = nlohmann::ordered_json::parse(hello_event({.scene = sample_scene(), .frame_model = frame->model, .floor = {}, .recorded = {}}, sample_state()));
     hello["version"] = "1.2.3";  // not a release's
     expect_golden("hello_v1.json", hello.dump());
     expect_golden("state_v1.json", state_event(sample_state(), 2));
@@ -111,7 +111,7 @@ TEST(Protocol, HelloHasACameraThatSeesTheWholeBox) {
     for (const int up : {0, 1, 2}) {
         FrameModel model = *sample_frame()->model;
         model.up = up;
-        const auto view = nlohmann::json::parse(hello_event(scene, model, sample_state()))["view"];
+        const auto view = nlohmann::json::parse(hello_event({.scene = scene, .frame_model = std::make_shared<FrameModel>(model), .floor = {}, .recorded = {}}, sample_state()))["view"];
         Vec3 eye, target;
         for (int i = 0; i < 3; ++i) eye[i] = view["eye"][i], target[i] = view["target"][i];
         EXPECT_EQ(target, Vec3(0.5, 1, 2));
@@ -130,7 +130,7 @@ TEST(Protocol, EventsAreValidJsonWhateverTheTexts) {
     SessionState state = sample_state();
     state.status.estimate = std::numeric_limits<double>::quiet_NaN();
     state.status.warning = "\xc3";
-    const auto hello = nlohmann::json::parse(hello_event(scene, *sample_frame()->model, state));
+    const auto hello = nlohmann::json::parse(hello_event({.scene = scene, .frame_model = sample_frame()->model, .floor = {}, .recorded = {}}, state));
     EXPECT_EQ(hello["type"], "hello");
     EXPECT_EQ(hello["protocol"], 1);
     EXPECT_EQ(hello["limits"]["message_bytes"], 65536);

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <functional>
 #include <map>
+#include <mutex>
 #include <set>
 #include <string>
 #include <thread>
@@ -347,6 +348,78 @@ TEST_F(ServerTest, ServesTheBuiltFilesOnly) {
     }
     EXPECT_EQ(request(http::verb::get, "/ws").result(), http::status::upgrade_required);
     EXPECT_EQ(request(http::verb::get, "/", {{"Host", "evil.example"}}).result(), http::status::forbidden);
+}
+
+TEST_F(ServerTest, DrawsSnapshots) {
+    start();
+    http::response<http::string_body> answer;
+    const auto ask = [&](const std::string& query, http::verb verb = http::verb::get) {
+        for (int i = 0; i < 600; ++i) {  // until the model is built, and not more often than allowed
+            answer = request(verb, "/snapshot.png" + query);
+            if (answer.result_int() != 503 && answer.result_int() != 429) return answer.result_int();
+            EXPECT_EQ(answer[http::field::retry_after], "1");
+            std::this_thread::sleep_for(50ms);
+        }
+        return 0U;
+    };
+    ASSERT_EQ(ask("?w=160&h=90"), 200U) << answer.body();
+    EXPECT_EQ(answer[http::field::content_type], "image/png");
+    const std::string fitted = answer.body();
+    EXPECT_EQ(fitted.substr(1, 3), "PNG");
+    EXPECT_EQ(static_cast<unsigned char>(fitted[19]), 160) << "width";
+    EXPECT_EQ(static_cast<unsigned char>(fitted[23]), 90) << "height";
+    ASSERT_EQ(ask("?w=160&h=90&camera=9,-9,4,2,0,0&colouring=stress"), 200U) << answer.body();
+    EXPECT_NE(answer.body(), fitted);
+    ASSERT_EQ(ask("?w=160&h=90&view=%7B%22wireframe%22%3A+true%7D"), 200U) << answer.body();
+    EXPECT_NE(answer.body(), fitted);
+    EXPECT_EQ(ask("?w=160&h=90", http::verb::head), 200U);
+    EXPECT_TRUE(answer.body().empty());
+    for (const char* bad : {"?w=8", "?w=9999", "?w=", "?w=nan", "?h=1e3", "?x=1", "?w=100&w=100", "?camera=1,2,3", "?camera=1,2,3,4,5,6,7",
+                            "?camera=1,2,3,1,2,3", "?colouring=rainbow", "?view=%7B", "?view=%zz", "?view=%2", "?colouring=%22%7D"}) {
+        EXPECT_EQ(ask(bad), 400U) << bad;
+        EXPECT_EQ(answer.body().find('\n'), answer.body().size() - 1) << bad;
+    }
+    EXPECT_EQ(request(http::verb::get, "/snapshot.png", {{"Host", "evil.example"}}).result_int(), 403);
+    EXPECT_EQ(request(http::verb::get, "/snapshot.png", {{"Origin", "http://evil.example"}}).result_int(), 403);
+    EXPECT_EQ(request(http::verb::post, "/snapshot.png").result_int(), 405);
+}
+
+TEST_F(ServerTest, SnapshotsComeOneAtATime) {
+    start();
+    while (request(http::verb::get, "/snapshot.png?w=64&h=64").result_int() == 503) std::this_thread::sleep_for(50ms);
+    std::this_thread::sleep_for(200ms);
+    std::map<unsigned, int> counts;
+    std::mutex mutex;
+    {
+        std::vector<std::jthread> clients;
+        for (int i = 0; i < 8; ++i)
+            clients.emplace_back([&] {
+                asio::io_context io;
+                tcp::socket socket(io);
+                socket.connect({asio::ip::make_address("127.0.0.1"), server_->port()});
+                http::request<http::empty_body> message(http::verb::get, "/snapshot.png?w=320&h=180", 11);
+                message.set(http::field::host, host());
+                http::write(socket, message);
+                beast::flat_buffer buffer;
+                http::response<http::string_body> response;
+                http::read(socket, buffer, response);
+                const std::lock_guard lock(mutex);
+                ++counts[response.result_int()];
+            });
+    }
+    EXPECT_GE(counts[200], 1);
+    EXPECT_GE(counts[429], 1) << "eight at once are too many";
+    EXPECT_EQ(counts[200] + counts[429], 8);
+}
+
+TEST_F(ServerTest, StopsWhileASnapshotIsDrawn) {
+    start();
+    while (request(http::verb::get, "/snapshot.png?w=64&h=64").result_int() == 503) std::this_thread::sleep_for(50ms);
+    std::this_thread::sleep_for(200ms);
+    tcp::socket socket = connect();
+    asio::write(socket, asio::buffer("GET /snapshot.png?w=2048&h=2048 HTTP/1.1\r\nHost: " + host() + "\r\n\r\n"));
+    std::this_thread::sleep_for(50ms);
+    stop();  // returns, and nothing is used after it is gone
 }
 
 TEST_F(ServerTest, AnswersPipelinedRequestsInOrder) {

@@ -41,8 +41,10 @@ TEST(VertexFaces, SurvivesDegenerateInput) {
 
 TEST(Geometry, ColoursFollowLevelAndStiffness) {
     const auto frame = blob_frame(6);
-    const auto level = surface_colours(*frame->model, *frame->topology, Colouring::level);
-    const auto stiffness = surface_colours(*frame->model, *frame->topology, Colouring::stiffness);
+    const auto level = surface_colours(*frame, View{});
+    View by_stiffness;
+    by_stiffness.colouring = Colouring::stiffness;
+    const auto stiffness = surface_colours(*frame, by_stiffness);
     ASSERT_EQ(level.size(), frame->surface.size());
     ASSERT_EQ(stiffness.size(), frame->surface.size());
     for (std::size_t i = 0; i < level.size(); ++i) {

@@ -1,8 +1,11 @@
 #include "server/render/legend.hpp"
 
+#include "server/render/colour_scale.hpp"
 #include "server/render/text.hpp"
 #include "tests/support/blob_frame.hpp"
 #include "tests/support/pictures.hpp"
+
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -85,6 +88,23 @@ TEST(Legend, WritesNumbersForPeople) {
     EXPECT_EQ(pascals(2.5e5), "250 kPa");
     EXPECT_EQ(pascals(1.2345e6), "1.23 MPa");
     EXPECT_EQ(pascals(7e15), "7e+03 TPa");
+    EXPECT_EQ(metres(0), "0 m");
+    EXPECT_EQ(metres(0.0123), "12.3 mm");
+    EXPECT_EQ(metres(1.5), "1.5 m");
+    EXPECT_EQ(metres(2e-7), "200 nm");
+    EXPECT_EQ(percent(0.0123), "1.23 %");
+}
+
+TEST(ColourScale, EndsAreReadableNumbers) {
+    for (const auto& [x, expected] : {std::pair{0.0, 0.0}, {-1.0, 0.0}, {1.0, 1.0}, {1.01, 1.5}, {2.0, 2.0}, {2.1, 3.0},
+                                      {5.0, 5.0}, {7.0, 8.0}, {9.99, 10.0}, {0.034, 0.04}, {1.7e5, 2e5}, {1e-12, 1e-12}})
+        EXPECT_NEAR(readable_ceiling(x), expected, 1e-9 * expected) << x;
+    EXPECT_EQ(readable_ceiling(std::numeric_limits<double>::infinity()), 0);
+    const ColourScale scale{field_colours, {10, 1000}, true, false, "", metres};
+    EXPECT_DOUBLE_EQ(scale.value_at(0.5), 100);
+    EXPECT_DOUBLE_EQ(scale.position(100), 0.5);
+    EXPECT_EQ(scale.position(std::numeric_limits<double>::quiet_NaN()), 0);
+    EXPECT_EQ(scale.position(-5), 0);
 }
 
 TEST(Legend, ShowsTheColoursThatThePictureUses) {

@@ -1,9 +1,12 @@
 #include "server/render/palette.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <span>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -41,14 +44,14 @@ Linear multiply(const std::array<Linear, 3>& m, const Linear& v) {
 /// Oklab (Ottosson 2020): lightness and two colour axes in which distances are about as large as they look.
 Linear oklab(const Linear& rgb) {
     Linear cones = multiply({{{0.4122214708, 0.5363325363, 0.0514459929},
-                           {0.2119034982, 0.6806995451, 0.1073969566},
-                           {0.0883024619, 0.2817188376, 0.6299787005}}},
-                         rgb);
+                              {0.2119034982, 0.6806995451, 0.1073969566},
+                              {0.0883024619, 0.2817188376, 0.6299787005}}},
+                            rgb);
     for (double& x : cones) x = std::cbrt(std::max(x, 0.0));
     return multiply({{{0.2104542553, 0.7936177850, -0.0040720468},
-                   {1.9779984951, -2.4285922050, 0.4505937099},
-                   {0.0259040371, 0.7827717662, -0.8086757660}}},
-                 cones);
+                      {1.9779984951, -2.4285922050, 0.4505937099},
+                      {0.0259040371, 0.7827717662, -0.8086757660}}},
+                    cones);
 }
 
 double distance(const Linear& a, const Linear& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
@@ -68,6 +71,10 @@ TEST(Palette, HasTheNumbersThatTheBrowserHas) {
     ASSERT_EQ(file["stiffness"].size(), stiffness_colours.size());
     for (std::size_t i = 0; i < stiffness_colours.size(); ++i)
         EXPECT_EQ(hex(stiffness_colours[i]), file["stiffness"][i]);
+    ASSERT_EQ(file["field"].size(), field_colours.size());
+    for (std::size_t i = 0; i < field_colours.size(); ++i) EXPECT_EQ(hex(field_colours[i]), file["field"][i]);
+    ASSERT_EQ(file["error"].size(), error_colours.size());
+    for (std::size_t i = 0; i < error_colours.size(); ++i) EXPECT_EQ(hex(error_colours[i]), file["error"][i]);
     EXPECT_EQ(hex(pull_colour), file["pull"]);
     ASSERT_FALSE(file["samples"].empty());
     for (const auto& sample : file["samples"]) {
@@ -97,6 +104,20 @@ TEST(Palette, LevelsAreOrderedByLightnessAndDistinctToEveryEye) {
             const Linear b = oklab(multiply(vision, linear(level_colours[i + 1])));
             EXPECT_GT(b[0], a[0]) << "lightness of levels " << i << " and " << i + 1 << ", " << who;
             EXPECT_GT(distance(a, b), 0.045) << "levels " << i << " and " << i + 1 << ", " << who;
+        }
+    }
+}
+
+TEST(Palette, FieldsGrowLighterInEvenSteps) {
+    for (const auto& [who, vision] : eyes) {
+        for (const std::span<const Rgb> map : {std::span<const Rgb>(field_colours), std::span<const Rgb>(error_colours)}) {
+            std::vector<double> steps;
+            for (std::size_t i = 0; i + 1 < map.size(); ++i) {
+                const Linear a = oklab(multiply(vision, linear(map[i]))), b = oklab(multiply(vision, linear(map[i + 1])));
+                EXPECT_GT(b[0], a[0]) << "stops " << i << " and " << i + 1 << ", " << who;
+                steps.push_back(distance(a, b));
+            }
+            EXPECT_LT(*std::ranges::max_element(steps), 3.5 * *std::ranges::min_element(steps)) << who;
         }
     }
 }

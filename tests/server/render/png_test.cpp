@@ -3,14 +3,12 @@
 #include "tests/support/pictures.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <random>
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 namespace tetfront {
 namespace {
@@ -40,16 +38,12 @@ std::string read(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-std::size_t files_in(const std::filesystem::path& folder) {
-    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
-}
-
 TEST(Png, ComesBackAsItWas) {
     const TemporaryFolder folder;
     for (const int channels : {3, 4}) {
         for (const int level : {0, 1, 9}) {
             const Image image = noise(37, 23, channels);
-            write_file(folder.path() / "a.png", encode_png(image, {.level = level}));
+            write_atomically(folder.path() / "a.png", encode_png(image, {.level = level}));
             const Image back = read_png(folder.path() / "a.png");
             EXPECT_EQ(back.width, 37);
             EXPECT_EQ(back.height, 23);
@@ -81,47 +75,17 @@ TEST(Png, SmallerWithMoreWork) {
     EXPECT_EQ(encode_png(image, {}), encode_png(image, {}));
 }
 
-TEST(WriteFile, ReplacesAndLeavesNothingElse) {
+TEST(Png, ItsTextIsFoundAgain) {
     const TemporaryFolder folder;
-    write_file(folder.path() / "a", "one");
-    write_file(folder.path() / "a", "two");
-    EXPECT_EQ(read(folder.path() / "a"), "two");
-    EXPECT_EQ(files_in(folder.path()), 1U);
-}
-
-TEST(WriteFile, NamesTheFileThatCannotBeWritten) {
-    const TemporaryFolder folder;
-    folder.write("file", "x");
-    std::filesystem::create_directory(folder.path() / "directory");
-    for (const char* name : {"file/a.png", "missing/a.png", "directory"}) {
-        try {
-            write_file(folder.path() / name, "bytes");
-            ADD_FAILURE() << name << " was written";
-        } catch (const WriteError& error) {
-            EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
-        }
-    }
-    EXPECT_EQ(files_in(folder.path()), 2U);
-    EXPECT_THROW(prepare_directory(folder.path() / "file" / "below"), WriteError);
-    prepare_directory(folder.path() / "new" / "below");
-    EXPECT_EQ(files_in(folder.path() / "new" / "below"), 0U);
-}
-
-TEST(WriteFile, KeepsTheOldFileWhenTheDiskIsFull) {
-    const TemporaryFolder folder;
-    write_file(folder.path() / "a", "old");
-    // A limit on the size of files fails in the middle of a write, as a full disk does.
-    rlimit before{};
-    ::getrlimit(RLIMIT_FSIZE, &before);
-    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit small{1000, before.rlim_max};
-    ::setrlimit(RLIMIT_FSIZE, &small);
-    EXPECT_THROW(write_file(folder.path() / "a", std::string(5000, 'x')), WriteError);
-    EXPECT_THROW(write_file(folder.path() / "b", std::string(5000, 'x')), WriteError);
-    ::setrlimit(RLIMIT_FSIZE, &before);
-    std::signal(SIGXFSZ, handler);
-    EXPECT_EQ(read(folder.path() / "a"), "old");
-    EXPECT_EQ(files_in(folder.path()), 1U) << "neither a half-written nor a temporary file";
+    const auto file = folder.write(
+        "a.png", encode_png(noise(8, 8, 3), {.level = 1, .text = {{"Software", "tetfront 0.1"}, {"Settings", "1f"}}}));
+    EXPECT_EQ(read_png_text(file, "Settings"), "1f");
+    EXPECT_EQ(read_png_text(file, "Software"), "tetfront 0.1");
+    EXPECT_EQ(read_png_text(file, "Soft"), "");
+    EXPECT_EQ(read_png_text(folder.path() / "missing.png", "Settings"), "");
+    for (const std::size_t length : {0U, 7U, 8U, 20U, 40U})
+        EXPECT_EQ(read_png_text(folder.write("cut.png", read(file).substr(0, length)), "Settings"), "");
+    EXPECT_EQ(read_png_text(folder.write("huge.png", read(file).substr(0, 8) + "\xff\xff\xff\xfftEXtSettings"), "Settings"), "");
 }
 
 }  // namespace

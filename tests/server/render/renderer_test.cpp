@@ -4,10 +4,11 @@
 #include "server/render/renderer.hpp"
 
 #include "engine/base/error.hpp"
-#include "server/render/palette.hpp"
+#include "server/render/colour_scale.hpp"
 #include "tests/support/blob_frame.hpp"
 #include "tests/support/pictures.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <set>
 #include <thread>
@@ -61,6 +62,77 @@ TEST(Renderer, MatchesGoldenPictures) {
     view.surface = false;
     view.background = Background::dark;
     expect_golden_picture("render_edges_dark.png", picture(*frame, view));
+}
+
+/// The lump with a field that grows from its foot to its top.
+std::shared_ptr<Frame> frame_with(Field field, float most) {
+    auto frame = blob_frame(24);
+    frame->field = field;
+    for (const auto& p : frame->surface) frame->field_values.push_back(most * std::clamp(p[2] / 0.8F, 0.0F, 1.0F));
+    return frame;
+}
+
+TEST(Renderer, MatchesGoldenPicturesOfEveryColouringAndOverlay) {
+    View view = small_view(*blob_frame(24));
+    for (const auto& [colouring, most] : {std::pair{Colouring::displacement, 0.12F},
+                                          {Colouring::strain, 0.034F},
+                                          {Colouring::stress, 1.7e5F},
+                                          {Colouring::error, 4e-5F}}) {
+        view.colouring = colouring;
+        const auto frame = frame_with(field_of(colouring), most);
+        expect_golden_picture("render_" + name(colouring) + ".png", picture(*frame, view));
+    }
+    view.colouring = Colouring::level;
+    view.cut = CutPlane{{0.1, 0, 0.4}, {1, -0.35, 0.3}};
+    expect_golden_picture("render_cut.png", picture(*blob_frame(24), view));
+    view.surface = false;
+    expect_golden_picture("render_cut_edges.png", picture(*blob_frame(24), view));
+    view.cut.reset(), view.surface = true, view.background = Background::transparent;
+    expect_golden_picture("render_transparent.png", picture(*blob_frame(24), view));
+}
+
+TEST(Renderer, FieldColoursFollowTheirRange) {
+    const auto frame = frame_with(Field::stress, 1.7e5F);
+    View view = small_view(*frame);
+    view.colouring = Colouring::stress, view.legend = false;
+    const Image fitted = picture(*frame, view);
+    view.range = {0, readable_ceiling(static_cast<double>(field_high(frame->field_values)))};
+    EXPECT_EQ(picture(*frame, view).pixels, fitted.pixels);
+    view.range = {0, 4e5};
+    EXPECT_GT(share_different(picture(*frame, view), fitted, 20), 0.05);
+    view.colouring = Colouring::strain;
+    EXPECT_THROW(picture(*frame, view), InputError) << "the frame holds stress only";
+    view.colouring = Colouring::stress;
+    EXPECT_THROW(picture(*blob_frame(24), view), InputError);
+    auto still = frame_with(Field::stress, 0);  // at rest
+    view.range.reset(), view.legend = true;
+    EXPECT_NO_THROW(picture(*still, view));
+    still->field_values[5] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_NO_THROW(picture(*still, view));
+}
+
+TEST(Renderer, CutHidesOneSideAndClosesTheOther) {
+    const auto frame = blob_frame(24);
+    View view = small_view(*frame);
+    view.legend = false, view.floor.reset(), view.background = Background::transparent;
+    const auto covered = [&](const View& v) {
+        const Image image = picture(*frame, v);
+        int count = 0;
+        for (int i = 0; i < image.width * image.height; ++i) count += image.pixel(i % image.width, i / image.width)[3] > 128;
+        return count;
+    };
+    const int whole = covered(view);
+    ASSERT_GT(whole, 5000);
+    const Vec3 towards = (view.eye - view.target).normalized();
+    view.cut = CutPlane{view.target, towards};  // the near half is gone: the far one has the same outline
+    EXPECT_NEAR(covered(view), whole, 0.25 * whole);
+    view.cut = CutPlane{view.target + 10 * towards, towards};
+    EXPECT_EQ(covered(view), whole);
+    view.cut = CutPlane{view.target - 10 * towards, towards};
+    EXPECT_EQ(covered(view), 0);
+    view.cut = CutPlane{{0, 0, 0.4}, {0, 0, 2}};  // normals need no unit length
+    EXPECT_LT(covered(view), 0.8 * whole);
+    EXPECT_GT(covered(view), 0.3 * whole);
 }
 
 TEST(Renderer, ComparisonSeesPlantedFaults) {

@@ -162,7 +162,7 @@ TEST_F(Sequence, PassesOnWhatGoesWrong) {
         std::filesystem::create_directories(options_.directory / "000002.png");
         return lifted(index);
     };
-    EXPECT_THROW(render_sequence(options_, no_file, go_on), WriteError);
+    EXPECT_THROW(render_sequence(options_, no_file, go_on), OutputError);
 
     const auto broken = [&](int) {
         auto frame = std::make_shared<Frame>(*frame_);

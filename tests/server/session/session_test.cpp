@@ -1,7 +1,9 @@
 #include "server/session/session.hpp"
 
 #include "engine/base/error.hpp"
+#include "tests/support/blob_frame.hpp"
 #include "tests/support/box_scene.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -24,7 +26,9 @@ using namespace std::chrono_literals;
 /// A session whose events can be waited for.
 class TestSession {
  public:
-    explicit TestSession(bool playing, Scene scene = box_scene()) : session(std::move(scene), playing) {
+    explicit TestSession(bool playing, Scene scene = box_scene()) : session(std::move(scene), playing) { start(); }
+    TestSession(bool playing, Recording recording) : session(std::move(recording), playing) { start(); }
+    void start() {
         session.start({.progress = [this](const std::string& what, double) { note([&] { stages.push_back(what); }); },
                        .model = [this](auto m) { note([&] { model = m; }); },
                        .frame =
@@ -57,7 +61,7 @@ class TestSession {
     }
 
     std::vector<std::string> stages;
-    std::shared_ptr<const Model> model;
+    std::shared_ptr<const SessionModel> model;
     std::shared_ptr<const Frame> frame;
     SessionState state;
     int frames = 0;
@@ -253,6 +257,72 @@ TEST(Session, StopsWhileItBuilds) {
     }});
     begun.get_future().wait();
     session.stop();  // returns: that is the test
+}
+
+/// Ten frames at ten a second of the hand-made lump.
+Recording short_recording(const TemporaryFolder& folder) {
+    const auto base = blob_frame(6);
+    RecordingInfo info;
+    info.name = "lump", info.fps = 10;
+    RecordingWriter writer(folder.path() / "run.tfr", info, *base->model);
+    for (int i = 0; i < 10; ++i) {
+        base->status.time = i / 10.0;
+        base->status.step = static_cast<std::uint64_t>(i);
+        writer.add(*base);
+    }
+    writer.finish();
+    return Recording(folder.path() / "run.tfr");
+}
+
+TEST(Session, PlaysARecordingToItsEnd) {
+    const TemporaryFolder folder;
+    TestSession s(false, short_recording(folder));
+    ASSERT_TRUE(s.wait([&] { return s.model && s.frame; }));
+    ASSERT_TRUE(s.look([&] { return s.model->recorded; }));
+    EXPECT_EQ(s.look([&] { return s.model->recorded->frames; }), 10U);
+    EXPECT_EQ(s.look([&] { return s.model->recorded->end; }), 0.9);
+    EXPECT_EQ(s.send(command::Step{3}), std::nullopt);
+    EXPECT_TRUE(s.wait([&] { return s.frame->status.step == 3; }));
+    EXPECT_EQ(s.send(command::Seek{0.55}), std::nullopt);
+    EXPECT_TRUE(s.wait([&] { return s.frame->status.step == 5; }));
+    EXPECT_EQ(s.send(command::Seek{99}), std::nullopt);
+    EXPECT_TRUE(s.wait([&] { return s.frame->status.step == 9; }));
+    EXPECT_EQ(s.send(command::Reset{}), std::nullopt);
+    EXPECT_TRUE(s.wait([&] { return s.frame->status.step == 0; }));
+    EXPECT_EQ(s.send(command::Speed{10}), std::nullopt);
+    EXPECT_EQ(s.send(command::Play{}), std::nullopt);
+    EXPECT_TRUE(s.wait([&] { return s.frame->status.step == 9 && !s.state.playing; })) << "it stops at the end";
+}
+
+TEST(Session, ARecordingCannotBeChanged) {
+    const TemporaryFolder folder;
+    TestSession s(false, short_recording(folder));
+    ASSERT_TRUE(s.wait([&] { return s.frame != nullptr; }));
+    for (const Command& command : {Command{command::Gravity{{0, 0, 1}}}, Command{command::Tolerance{0.1}},
+                                   Command{command::PullBegin{1, {0, Vec3::Constant(1.0 / 3)}, {0, 0, 0}}}}) {
+        const auto error = s.send(command);
+        ASSERT_TRUE(error);
+        EXPECT_EQ(error->code, "failed");
+        EXPECT_NE(error->message.find("recording"), std::string::npos) << error->message;
+    }
+    EXPECT_EQ(s.send(command::PullEnd{1}), std::nullopt);
+    TestSession live(false);
+    ASSERT_TRUE(live.wait([&] { return live.frame != nullptr; }));
+    EXPECT_EQ(live.send(command::Seek{1})->code, "failed") << "nor can a simulation go to another time";
+}
+
+TEST(Session, CapturesTheMomentWithAField) {
+    TestSession s(false);
+    const auto capture = [&](Field field) {
+        std::promise<std::shared_ptr<const Frame>> answer;
+        s.session.capture(field, [&](auto frame) { answer.set_value(frame); });
+        return answer.get_future().get();
+    };
+    const auto frame = capture(Field::stress);  // asked for while the model is being built: comes when it is
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->field_values.size(), frame->surface.size());
+    s.session.stop();
+    EXPECT_EQ(capture(Field::none), nullptr);
 }
 
 }  // namespace

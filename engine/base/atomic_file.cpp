@@ -1,11 +1,11 @@
-#include "server/cli/atomic_file.hpp"
-
-#include "server/cli/commands.hpp"
+#include "engine/base/atomic_file.hpp"
 
 #include <cerrno>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -16,6 +16,16 @@ namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& file, int error) {
     throw OutputError(file.string() + ": cannot be written: " + std::generic_category().message(error));
+}
+
+/// The process's umask can only be read by setting it: once, before any other thread makes files.
+mode_t mask() {
+    static const mode_t value = [] {
+        const mode_t current = ::umask(022);
+        ::umask(current);
+        return current;
+    }();
+    return value;
 }
 
 /// An open temporary file beside `target`; removed unless it has been renamed.
@@ -50,10 +60,11 @@ class TemporaryFile {
             bytes.remove_prefix(static_cast<std::size_t>(written));
         }
     }
-    void rename() {
-        const mode_t mask = ::umask(0);  // mkstemp made it private
-        ::umask(mask);
-        if (::fchmod(descriptor_, 0666 & ~mask) != 0 || ::fsync(descriptor_) != 0) fail(target_, errno);
+    void rename(Durable durable) {
+        if (::fchmod(descriptor_, 0666 & ~mask()) != 0) fail(target_, errno);  // mkstemp made it private
+        if (durable == Durable::yes && ::fsync(descriptor_) != 0) fail(target_, errno);
+        // Some file systems report a full disk or quota only here.
+        if (::close(std::exchange(descriptor_, -1)) != 0) fail(target_, errno);
         if (::rename(name_.c_str(), target_.c_str()) != 0) fail(target_, errno);
         renamed_ = true;
     }
@@ -69,10 +80,21 @@ class TemporaryFile {
 
 void check_writable(const std::filesystem::path& file) { const TemporaryFile probe(file); }
 
-void write_atomically(const std::filesystem::path& file, std::string_view bytes) {
+void write_atomically(const std::filesystem::path& file, std::string_view bytes, Durable durable) {
     TemporaryFile temporary(file);
     temporary.write(bytes);
-    temporary.rename();
+    temporary.rename(durable);
+}
+
+void prepare_directory(const std::filesystem::path& directory) {
+    std::error_code error;
+    std::filesystem::create_directories(directory, error);
+    if (error) throw OutputError(directory.string() + ": cannot be made: " + error.message());
+    std::string probe = (directory / "probe.XXXXXX").string();
+    const int descriptor = ::mkstemp(probe.data());
+    if (descriptor < 0) fail(directory, errno);
+    ::close(descriptor);
+    ::unlink(probe.c_str());
 }
 
 }  // namespace tetfront

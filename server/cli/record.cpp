@@ -1,0 +1,86 @@
+#include "engine/base/error.hpp"
+#include "server/cli/commands.hpp"
+#include "server/cli/frame_work.hpp"
+#include "server/render/colour_scale.hpp"
+#include "server/session/recording.hpp"
+#include "server/session/stage.hpp"
+
+#include <cstdio>
+#include <memory>
+
+namespace tetfront {
+
+namespace {
+
+struct RecordOptions {
+    SceneArguments scene;
+    std::string frames, file, colour;
+    double seconds = 0, fps = 30, start_at = 0;
+};
+
+int record(const RecordOptions& options) {
+    check_finite("--fps", options.fps), check_finite("--start-at", options.start_at);
+    check_finite("--seconds", options.seconds);
+    const FrameNumbers numbers = parse_frame_numbers(options.frames, options.seconds, options.fps, 0);
+    Scene scene = options.scene.load();
+    if (!options.colour.empty())
+        scene.view = parse_view("{\"colouring\": \"" + options.colour + "\"}", "--colour", scene.view);
+    check_writable(options.file);
+    const Field field = field_of(scene.view.colouring);
+    const std::shared_ptr<const Model> model = build_with_progress(scene, options.scene.cache());
+    RecordingWriter writer(options.file,
+                           {.name = scene.name,
+                            .title = scene.title,
+                            .software = std::string("tetfront ") + TETFRONT_VERSION,
+                            .view = scene.view,
+                            .floor = floor_height(*model),
+                            .fps = options.fps,
+                            .time_step = scene.time_step,
+                            .order = scene.front.order,
+                            .field = field},
+                           *model->frame_model);
+    SimulatedFrames frames(model, {options.fps, options.start_at, field});
+    const int count = numbers.last - numbers.first + 1;
+    {
+        FrameProgress progress(count);
+        for (int i = numbers.first; i <= numbers.last && !frames.interrupted(); ++i) {
+            const std::shared_ptr<const Frame> frame = frames(i);
+            if (!frame) break;
+            writer.add(*frame);
+            progress.show(i - numbers.first + 1);
+        }
+    }
+    writer.finish();
+    frames.complain();
+    if (frames.interrupted())
+        std::fprintf(stderr, "tetfront: stopped after %zu of %d frames\n", writer.frames(), count);
+    std::printf("%zu frames in %s, %.3g MB: %.3g kB a frame\n", writer.frames(), options.file.c_str(),
+                static_cast<double>(writer.bytes()) / 1e6,
+                static_cast<double>(writer.bytes()) / 1e3 / static_cast<double>(std::max<std::size_t>(1, writer.frames())));
+    return frames.interrupted() ? exit_interrupted : exit_ok;
+}
+
+}  // namespace
+
+void add_record(CLI::App& program, Action& action) {
+    CLI::App* command = program.add_subcommand("record", "Simulates into a file that render and serve show again");
+    const auto options = std::make_shared<RecordOptions>();
+    RecordOptions& o = *options;
+    o.scene.add_to(*command);
+    command->add_option("-o,--out", o.file, "Recording to write; a file of this name is replaced")
+        ->required()
+        ->type_name("FILE");
+    command->add_option("--frames", o.frames, "How many, or a part FIRST-LAST counted from 0")->type_name("N|A-B");
+    command->add_option("--seconds", o.seconds, "How long, in simulated time")->check(CLI::Range(1e-6, 86'400.0));
+    command->add_option("--fps", o.fps, "Frames per simulated second")
+        ->check(CLI::Range(0.01, 10'000.0))
+        ->capture_default_str();
+    command->add_option("--start-at", o.start_at, "Simulated time of frame 0 [s]")
+        ->check(CLI::Range(0.0, 86'400.0))
+        ->capture_default_str();
+    command->add_option("--colour", o.colour, "Colouring whose values are kept; default: as the scene says")
+        ->check(CLI::IsMember(std::vector<std::string>(colouring_names.begin(), colouring_names.end())));
+    command->callback([options, &action] { action = [options] { return record(*options); }; });
+}
+
+}  // namespace tetfront

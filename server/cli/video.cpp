@@ -1,0 +1,77 @@
+#include "server/cli/video.hpp"
+
+#include "engine/base/atomic_file.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+extern char** environ;
+
+namespace tetfront {
+
+std::string shell_quoted(const std::string& word) {
+    if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-/%+=:,@") ==
+                             std::string::npos)
+        return word;
+    std::string quoted = "'";
+    for (const char c : word) c == '\'' ? quoted += "'\\''" : quoted += c;
+    return quoted + "'";
+}
+
+std::vector<std::string> ffmpeg_command(const VideoJob& job) {
+    std::filesystem::path directory = job.directory.lexically_normal();
+    if (!directory.has_filename()) directory = directory.parent_path();
+    std::string pattern;
+    for (const char c : directory.string()) pattern += c == '%' ? "%%" : std::string(1, c);
+    pattern += "/%06d.png";
+    const std::string name = directory.filename().string();
+    char fps[32];
+    std::snprintf(fps, sizeof fps, "%.10g", job.fps);
+    std::vector<std::string> words = {"ffmpeg", "-framerate", fps};
+    if (job.first > 0) words.insert(words.end(), {"-start_number", std::to_string(job.first)});
+    words.insert(words.end(), {"-i", pattern, "-frames:v", std::to_string(job.count)});
+    if (!job.even) words.insert(words.end(), {"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"});
+    words.insert(words.end(), {"-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p"});
+    words.push_back(!job.file.empty()                                   ? job.file
+                    : name.empty() || name == "." || name == ".." ? "frames.mp4"
+                                                                        : name + ".mp4");
+    return words;
+}
+
+std::string command_line(const VideoJob& job) {
+    std::string line;
+    for (const std::string& word : ffmpeg_command(job)) line += (line.empty() ? "" : " ") + shell_quoted(word);
+    return line;
+}
+
+bool run_ffmpeg(const VideoJob& job) {
+    std::vector<std::string> words = ffmpeg_command(job);
+    words.insert(words.begin() + 1, {"-y", "-loglevel", "error", "-nostdin"});
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    ::posix_spawn_file_actions_init(&actions);
+    ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    ::posix_spawn_file_actions_adddup2(&actions, STDERR_FILENO, STDOUT_FILENO);  // stdout belongs to results
+    pid_t child = 0;
+    const int error = ::posix_spawnp(&child, "ffmpeg", &actions, nullptr, arguments.data(), environ);
+    ::posix_spawn_file_actions_destroy(&actions);
+    if (error == ENOENT) return false;
+    if (error) throw OutputError("ffmpeg cannot be run: " + std::generic_category().message(error));
+    int status = 0;
+    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {}
+    if (status != 0)
+        throw OutputError(words.back() + ": ffmpeg failed, " +
+                          (WIFEXITED(status) ? "exit status " + std::to_string(WEXITSTATUS(status))
+                                             : "signal " + std::to_string(WTERMSIG(status))));
+    return true;
+}
+
+}  // namespace tetfront

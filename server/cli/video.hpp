@@ -1,0 +1,31 @@
+#pragma once
+// Turns a sequence of PNG files into a video with ffmpeg, when there is one.
+//
+//     const VideoJob job{.directory = "frames", .first = 0, .count = 120, .fps = 30, .even = true, .file = "frames.mp4"};
+//     std::puts(command_line(job).c_str());
+//     if (!run_ffmpeg(job)) ...                   // there is no ffmpeg
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tetfront {
+
+struct VideoJob {
+    std::filesystem::path directory;
+    int first = 0, count = 0;
+    double fps = 30;
+    bool even = true;  // width and height are; yuv420p, which all players show, needs it
+    std::string file;  // to write; empty: named after the directory
+};
+
+/// The words of the command.
+std::vector<std::string> ffmpeg_command(const VideoJob& job);
+/// The same for a shell.
+std::string command_line(const VideoJob& job);
+/// False: there is no ffmpeg in PATH. Throws OutputError when it fails.
+bool run_ffmpeg(const VideoJob& job);
+
+std::string shell_quoted(const std::string& word);
+
+}  // namespace tetfront
