@@ -104,7 +104,7 @@ Plan make_plan(const StudyOptions& options, const Scene& scene, const Progress& 
     if (options.reference == "finer") {
         Scene deeper = plain;
         ++deeper.levels;
-        plan.runs.push_back({"quadratic, one level finer", build_model(deeper, progress, options.scene.cache()), finest_front(deeper, 2)});
+        plan.runs.push_back({"finer quadratic", build_model(deeper, progress, options.scene.cache()), finest_front(deeper, 2)});
     }
     plan.runs.push_back(quadratic);
     plan.reference = plan.runs.front().name;

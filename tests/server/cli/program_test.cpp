@@ -227,7 +227,7 @@ TEST_F(Program, StudyWritesACsvAndAPicture) {
                                                "front_changed_per_step", "steps_in_trouble"};
         EXPECT_EQ(rows[0], head);
         for (const auto& row : rows) EXPECT_EQ(row.size(), head.size());
-        EXPECT_EQ(rows[1][0], finer ? "\"quadratic, one level finer\"" : "\"finest quadratic\"");
+        EXPECT_EQ(rows[1][0], finer ? "\"finer quadratic\"" : "\"finest quadratic\"");
         EXPECT_EQ(rows[1][8], "") << "the reference has no error";
         EXPECT_EQ(rows[1][7], finer ? "192" : "24");
         EXPECT_EQ(rows[2 + finer][0], "\"finest linear\"");
@@ -235,7 +235,9 @@ TEST_F(Program, StudyWritesACsvAndAPicture) {
         for (std::size_t i = 2; i < rows.size(); ++i) {
             EXPECT_GT(std::stod(rows[i][5]), 0);
             EXPECT_GE(std::stod(rows[i][9]), std::stod(rows[i][8]));
-            if (rows[i][3] == "40") EXPECT_LE(std::stod(rows[i][7]), 40);
+            if (rows[i][3] == "40") {
+                EXPECT_LE(std::stod(rows[i][7]), 40);
+            }
         }
         pugi::xml_document svg;
         ASSERT_TRUE(svg.load_file((directory + "/study.svg").c_str()));
