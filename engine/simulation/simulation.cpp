@@ -26,6 +26,8 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
 constexpr double pull_reach = 0.5;
 /// ... and then accelerates the object as a whole with this [m/s^2], whatever its size and mass.
 constexpr double pull_acceleration = 50;
+/// In units of the object's size: what no vertex does relative to the others in one step, however it spins.
+constexpr double farthest_motion = 4;
 
 class Fnv1a {
  public:
@@ -250,6 +252,17 @@ struct Simulation::Impl {
         return sum;
     }
 
+    /// Some vertex has left the others behind by several times the object's size since the step began: linearised steps
+    /// on extreme stiffness contrasts can grow without bound long before they overflow.
+    [[nodiscard]] bool torn_apart() const {
+        const std::vector<VertexId>& vertices = front.vertices();
+        Vec3 mean = Vec3::Zero();
+        for (std::size_t i = 0; i < saved.size(); ++i) mean += (state.x[vertices[i]] - saved[i][0]) / static_cast<double>(saved.size());
+        for (std::size_t i = 0; i < saved.size(); ++i)
+            if (!((state.x[vertices[i]] - saved[i][0] - mean).norm() < farthest_motion * model->size)) return true;
+        return false;
+    }
+
     /// Advances by one time step, in smaller ones when it fails. False: the state is as before.
     bool advance(StepReport& r) {
         saved.clear();
@@ -261,7 +274,7 @@ struct Simulation::Impl {
             r.converged = true;
             for (int part = 0; part < parts && finite; ++part) {
                 const ImplicitReport one = implicit.step(front, elements, state, loads(), s);
-                finite = one.finite;
+                finite = one.finite && !torn_apart();
                 r.converged = r.converged && one.converged;
                 r.newton_iterations += one.newton_iterations;
                 r.solver_iterations += one.solver_iterations;

@@ -239,6 +239,21 @@ TEST_P(SimulationOfOrder, SmallPinnedRegionsForceTheRefinementThatResolvesThem) 
     EXPECT_GT(lowest, -4) << "the object hangs on its pin, it does not fall (4.9 m)";
 }
 
+/// Contrast 1e6 between neighbours, one linearised step each: may fail, but then says so and stays where it can be seen.
+TEST(Simulation, AStepThatTearsTheObjectApartIsRefused) {
+    const auto model = box_model({{"/gravity", "[0, 0, -9.81]"}, {"/levels", "2"},
+                                  {"/mesh", R"({"box": {"high": [1, 0.5, 0.5], "cells": [2, 1, 1]}})"},
+                                  {"/pins", R"([{"half_space": {"point": [0.001, 0, 0], "normal": [1, 0, 0]}}])"},
+                                  {"/material", R"({"young": 1e4, "shapes": [{"region": {"box": {"low": [0.3, 0.1, 0.1],
+                                      "high": [0.7, 0.4, 0.4]}}, "material": {"young": 1e10}}]})"}});
+    Simulation simulation(model);
+    for (int i = 0; i < 60; ++i) {
+        const StepReport r = simulation.step();
+        EXPECT_TRUE(!r.rejected || !r.warning.empty());
+        for (const Vec3& x : simulation.all_positions()) ASSERT_LT(x.norm(), 100) << "step " << i;
+    }
+}
+
 TEST(Simulation, CommandsRefuseNonsense) {
     Simulation simulation(box_model());
     const double nan = std::nan("");
