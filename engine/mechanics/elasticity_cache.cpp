@@ -288,7 +288,7 @@ std::filesystem::path cache_file(const TetTree& tree, const StiffnessFunction& f
 
 CoarseMaterials coarse_materials(const TetTree& tree, const StiffnessFunction& function,
                                  const EstimationSettings& settings, const CacheSettings& cache,
-                                 const StageProgress& progress) {
+                                 const Progress& progress) {
     const auto report = [&](const char* stage, double fraction) {
         if (progress) progress(stage, fraction);
     };

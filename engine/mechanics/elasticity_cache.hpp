@@ -9,6 +9,7 @@
 // damaged or of another version is reported once and replaced; a cache that cannot be written is reported and does
 // without.
 
+#include "engine/base/progress.hpp"
 #include "engine/mechanics/elasticity.hpp"
 
 #include <filesystem>
@@ -32,13 +33,10 @@ struct CacheSettings {
 /// $XDG_CACHE_HOME/tetfront, or ~/.cache/tetfront; empty when neither variable is set.
 std::filesystem::path default_cache_directory();
 
-/// The stage (a noun phrase) and the fraction of it that is done, 0..1; called on the calling thread. May be empty.
-using StageProgress = std::function<void(const char* stage, double fraction)>;
-
 /// integrate_leaves, estimate_elasticity and coarse_density, or what they returned before. Throws what they throw.
 CoarseMaterials coarse_materials(const TetTree& tree, const StiffnessFunction& function,
                                  const EstimationSettings& settings, const CacheSettings& cache,
-                                 const StageProgress& progress = {});
+                                 const Progress& progress = {});
 
 /// The file that coarse_materials uses.
 std::filesystem::path cache_file(const TetTree& tree, const StiffnessFunction& function,

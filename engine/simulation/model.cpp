@@ -174,7 +174,7 @@ std::shared_ptr<const FrameModel> make_frame_model(const Scene& scene, const Tet
 }  // namespace
 
 std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress, const CacheSettings& cache) {
-    const auto report = [&](const char* what, double fraction) {
+    const auto report = [&](const std::string& what, double fraction) {
         if (progress) progress(what, fraction);
     };
     if (scene.front.order == 2 && scene.levels == 0) {

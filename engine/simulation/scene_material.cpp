@@ -1,6 +1,7 @@
 #include "engine/simulation/scene_material.hpp"
 
 #include "engine/base/error.hpp"
+#include "engine/base/overloaded.hpp"
 
 #include <Eigen/Geometry>
 #include <map>
@@ -12,11 +13,6 @@
 namespace tetfront {
 
 namespace {
-
-template <class... Cases>
-struct Overloaded : Cases... {
-    using Cases::operator()...;
-};
 
 class Maker {
  public:

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <map>
 
-#include <Eigen/LU>
-
 #include "engine/base/error.hpp"
+#include "engine/base/hash.hpp"
 #include "engine/mechanics/adaptivity.hpp"
 #include "engine/mechanics/element.hpp"
 #include "engine/mechanics/implicit.hpp"
+#include "engine/mechanics/rigid_motion.hpp"
 #include "engine/simulation/frame_builder.hpp"
 #include "engine/simulation/surface_field.hpp"
 
@@ -28,18 +28,6 @@ constexpr double pull_reach = 0.5;
 constexpr double pull_acceleration = 50;
 /// In units of the object's size: what no vertex does relative to the others in one step, however it spins.
 constexpr double farthest_motion = 4;
-
-class Fnv1a {
- public:
-    void add(const void* data, std::size_t bytes) {
-        const auto* p = static_cast<const unsigned char*>(data);
-        for (std::size_t i = 0; i < bytes; ++i) hash_ = (hash_ ^ p[i]) * 0x100000001b3ULL;
-    }
-    [[nodiscard]] std::uint64_t value() const { return hash_; }
-
- private:
-    std::uint64_t hash_ = 0xcbf29ce484222325ULL;
-};
 
 }  // namespace
 
@@ -190,7 +178,7 @@ struct Simulation::Impl {
         adaptivity.rest(change.activated, steps, adapt_settings);
         transfer(change);
         rebuild();
-        if (free_body) keep_momentum(before);
+        if (free_body) restore_momentum(before, front.vertices(), elements, model->size, state.x, state.v, scratch);
         elements.evaluate({.x = state.x});
         r.energy_change = total_energy() - energy_before;
         r.milliseconds.setup += lap();
@@ -199,33 +187,6 @@ struct Simulation::Impl {
     /// Of the last evaluation of `elements` [J]: elastic, kinetic, and in the gravity field up to a constant.
     [[nodiscard]] double total_energy() const {
         return elements.energy() + elements.kinetic_energy(state.v) - gravity.dot(elements.first_moment(state.x));
-    }
-
-    /// Adds the rigid motion that gives a free body the momenta it had before its front changed.
-    void keep_momentum(const ElementSet::Momentum& before) {
-        const ElementSet::Momentum now = elements.momentum(state.x, state.v);
-        PerVertex<Vec3>& motion = scratch;
-        motion.resize(model->tree.vertex_count());
-        // Momenta of the six unit rigid motions; turns about the object's rough centre for a well-conditioned system.
-        const Vec3 centre = state.x[front.vertices().front()];
-        const auto unit_motion = [&](int k, const Vec3& x) -> Vec3 {
-            return k < 3 ? Vec3(Vec3::Unit(k)) : Vec3(Vec3::Unit(k - 3).cross(x - centre) / model->size);
-        };
-        Mat6 momenta;
-        for (int k = 0; k < 6; ++k) {
-            for (VertexId v : front.vertices()) motion[v] = unit_motion(k, state.x[v]);
-            const ElementSet::Momentum p = elements.momentum(state.x, motion);
-            momenta.col(k).head<3>() = p.linear;
-            momenta.col(k).tail<3>() = (p.angular - centre.cross(p.linear)) / model->size;
-        }
-        Vec6 missing;
-        const Vec3 linear = before.linear - now.linear;
-        missing.head<3>() = linear;
-        missing.tail<3>() = (before.angular - now.angular - centre.cross(linear)) / model->size;
-        const Vec6 amount = momenta.fullPivLu().solve(missing);
-        if (!amount.allFinite()) return;
-        for (VertexId v : front.vertices())
-            for (int k = 0; k < 6; ++k) state.v[v] += amount[k] * unit_motion(k, state.x[v]);
     }
 
     Loads loads() const {
@@ -509,14 +470,11 @@ Simulation::Energy Simulation::energy() const {
 
 std::uint64_t Simulation::hash() const {
     const Impl& s = *impl_;
-    Fnv1a hash;
-    hash.add(&s.steps, sizeof s.steps);
-    for (TetId t : s.front.active()) hash.add(&t.value, sizeof t.value);
-    for (VertexId v : s.front.vertices()) {
-        hash.add(s.state.x[v].data(), 3 * sizeof(double));
-        hash.add(s.state.v[v].data(), 3 * sizeof(double));
-        hash.add(s.state.a[v].data(), 3 * sizeof(double));
-    }
+    Hash hash;
+    hash.add(s.steps);
+    for (TetId t : s.front.active()) hash.add(t.value);
+    for (VertexId v : s.front.vertices())
+        for (const PerVertex<Vec3>* field : {&s.state.x, &s.state.v, &s.state.a}) hash.add_bytes((*field)[v].data(), 3 * sizeof(double));
     return hash.value();
 }
 

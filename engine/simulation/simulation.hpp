@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/progress.hpp"
 #include "engine/base/types.hpp"
 #include "engine/mechanics/elasticity_cache.hpp"
 #include "engine/mechanics/elements.hpp"
@@ -26,10 +27,6 @@
 #include "engine/tree/tet_tree.hpp"
 
 namespace tetfront {
-
-/// Progress of something long: what is being done (a noun phrase) and the fraction done, 0..1. May be empty.
-/// Called on the calling thread.
-using Progress = std::function<void(const std::string& what, double fraction)>;
 
 /// A constant force at a point of the surface, between two times.
 struct AttachedForce {
@@ -125,7 +122,7 @@ class Simulation {
     };
     [[nodiscard]] Energy energy() const;
     [[nodiscard]] const Front& front() const;
-    /// FNV-1a of the mutable state's bytes: equal states have equal hashes.
+    /// Hash of the mutable state's bytes: equal states have equal hashes.
     [[nodiscard]] std::uint64_t hash() const;
 
  private:

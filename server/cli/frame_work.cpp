@@ -52,6 +52,14 @@ void FrameProgress::show(int done) {
     if (done * 10LL / total_ > (done - 1) * 10LL / total_) std::fprintf(stderr, "%s\n", text);
 }
 
+void add_frame_options(CLI::App& command, std::string& frames, double& seconds, double& start_at) {
+    command.add_option("--frames", frames, "How many, or a part FIRST-LAST counted from 0")->type_name("N|A-B");
+    command.add_option("--seconds", seconds, "How long, in simulated time")->check(CLI::Range(1e-6, 86'400.0));
+    command.add_option("--start-at", start_at, "Simulated time of frame 0 [s]")
+        ->check(CLI::Range(0.0, 86'400.0))
+        ->capture_default_str();
+}
+
 std::shared_ptr<const Model> build_with_progress(Scene scene, const CacheSettings& cache, bool quiet) {
     if (quiet) return build_model(std::move(scene), {}, cache);
     ProgressBar bar("");

@@ -15,6 +15,8 @@
 #include <memory>
 #include <string>
 
+#include <CLI/CLI.hpp>
+
 namespace tetfront {
 
 constexpr int exit_interrupted = 130;  // what shells expect after Ctrl-C
@@ -52,6 +54,9 @@ struct FrameTimes {
     double fps = 30, start_at = 0;  // [1/s], [s] simulated
     Field field = Field::none;      // that frames hold
 };
+
+/// --frames, --seconds and --start-at of a command.
+void add_frame_options(CLI::App& command, std::string& frames, double& seconds, double& start_at);
 
 /// Builds a model with a progress bar.
 std::shared_ptr<const Model> build_with_progress(Scene scene, const CacheSettings& cache, bool quiet = false);

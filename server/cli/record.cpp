@@ -70,13 +70,9 @@ void add_record(CLI::App& program, Action& action) {
     command->add_option("-o,--out", o.file, "Recording to write; a file of this name is replaced")
         ->required()
         ->type_name("FILE");
-    command->add_option("--frames", o.frames, "How many, or a part FIRST-LAST counted from 0")->type_name("N|A-B");
-    command->add_option("--seconds", o.seconds, "How long, in simulated time")->check(CLI::Range(1e-6, 86'400.0));
+    add_frame_options(*command, o.frames, o.seconds, o.start_at);
     command->add_option("--fps", o.fps, "Frames per simulated second")
         ->check(CLI::Range(0.01, 10'000.0))
-        ->capture_default_str();
-    command->add_option("--start-at", o.start_at, "Simulated time of frame 0 [s]")
-        ->check(CLI::Range(0.0, 86'400.0))
         ->capture_default_str();
     command->add_option("--colour", o.colour, "Colouring whose values are kept; default: as the scene says")
         ->check(CLI::IsMember(std::vector<std::string>(colouring_names.begin(), colouring_names.end())));

@@ -321,16 +321,12 @@ void add_render(CLI::App& program, Action& action) {
     const auto options = std::make_shared<RenderOptions>();
     RenderOptions& o = *options;
     o.scene.add_to(*command);
-    command->add_option("--frames", o.frames, "How many, or a part FIRST-LAST counted from 0")->type_name("N|A-B");
-    command->add_option("--seconds", o.seconds, "How long, in simulated time")->check(CLI::Range(1e-6, 86'400.0));
+    add_frame_options(*command, o.frames, o.seconds, o.start_at);
     command->add_option("--fps", o.fps, "Frames per simulated second; default: 30, or the recording's")
         ->check(CLI::Range(0.01, 10'000.0));
     command->add_option("--every", o.every, "Only every K-th of them, numbered anew")
         ->type_name("K")
         ->check(CLI::Range(1, 1'000'000))
-        ->capture_default_str();
-    command->add_option("--start-at", o.start_at, "Simulated time of frame 0 [s]")
-        ->check(CLI::Range(0.0, 86'400.0))
         ->capture_default_str();
     command->add_option("--size", o.size, "Pixels, each side 16 to 8192")
         ->type_name("WIDTHxHEIGHT")

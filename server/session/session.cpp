@@ -1,6 +1,7 @@
 #include "server/session/session.hpp"
 
 #include "engine/base/error.hpp"
+#include "engine/base/overloaded.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -16,11 +17,6 @@ constexpr auto state_interval = 100ms;
 constexpr auto rate_window = 500ms;
 constexpr auto largest_lag = 50ms;  // more than this behind real time is dropped
 constexpr int largest_backlog = 100'000;
-
-template <class... Cases>
-struct Overloaded : Cases... {
-    using Cases::operator()...;
-};
 
 struct BuildStopped {};  // thrown through build_model() by its progress callback
 

@@ -6,14 +6,13 @@
 
 #include "engine/base/error.hpp"
 #include "engine/base/voigt.hpp"
-#include "engine/mechanics/cell_problem.hpp"
 #include "engine/mechanics/element.hpp"
 #include "engine/tree/tet_tree.hpp"
+#include "tests/support/reference_tet.hpp"
 
 #include <Eigen/Dense>
 #include <Eigen/Sparse>
 #include <Eigen/SparseCholesky>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -47,35 +46,8 @@ inline std::vector<double> natural_frequencies(const TetTree& tree, int level, M
     const Mat6 c = isotropic_elasticity(young, poisson);
     std::vector<Eigen::Triplet<double>> stiffness, mass;
     for (TetId t : tree.level(level)) {
-        std::array<VertexId, 10> node;
-        std::array<Vec3, 4> x;
-        for (std::size_t i = 0; i < 4; ++i) {
-            node[i] = tree.corners(t)[i];
-            x[i] = tree.rest(node[i]);
-        }
-        for (std::size_t e = 0; e < 6; ++e) node[4 + e] = tree.midpoints(t)[e];
-        const auto g = corner_gradients(x);
-        Eigen::MatrixXd k = Eigen::MatrixXd::Zero(30, 30);
-        for (int point = 0; point < 4; ++point) {
-            Vec4 b = Vec4::Constant(ElementOrder<2>::far);
-            b[point] = ElementOrder<2>::near;
-            Eigen::MatrixXd strain = Eigen::MatrixXd::Zero(6, 30);
-            for (std::size_t i = 0; i < 10; ++i) {
-                Vec3 d;
-                if (i < 4) {
-                    d = (4 * b[static_cast<int>(i)] - 1) * g.col(static_cast<int>(i));
-                } else {
-                    const auto [p, q] = tet_edges[i - 4];
-                    d = 4 * (b[p] * g.col(q) + b[q] * g.col(p));
-                }
-                const int col = 3 * static_cast<int>(i);
-                for (int r = 0; r < 3; ++r) strain(r, col + r) = d[r];
-                strain(3, col + 1) = strain(4, col) = d[2];
-                strain(3, col + 2) = strain(5, col) = d[1];
-                strain(4, col + 2) = strain(5, col + 1) = d[0];
-            }
-            k += tree.volume(t) / 4 * strain.transpose() * c * strain;
-        }
+        const std::vector<VertexId> node = reference_nodes(tree, t, 2);
+        const Eigen::MatrixXd k = reference_stiffness(tree, t, 2, c);
         for (std::size_t i = 0; i < 10; ++i) {
             for (std::size_t j = 0; j < 10; ++j) {
                 const int row = unknown[node[i].index()], column = unknown[node[j].index()];

@@ -5,12 +5,13 @@
 //     std::vector<Vec3> u = solve_static_level(tree, 1, 2, matrices.elasticity, density);   // level 1, quadratic tets
 
 #include "engine/base/error.hpp"
-#include "engine/mechanics/cell_problem.hpp"
+#include "engine/base/pooled.hpp"
+#include "engine/base/voigt.hpp"
 #include "engine/tree/tet_tree.hpp"
+#include "tests/support/reference_tet.hpp"
 
 #include <Eigen/Sparse>
 #include <Eigen/SparseCholesky>
-#include <array>
 #include <vector>
 
 namespace tetfront {
@@ -28,39 +29,8 @@ inline std::vector<Vec3> solve_static_level(const TetTree& tree, int level, int 
     std::vector<Eigen::Triplet<double>> entries;
     Eigen::VectorXd load = Eigen::VectorXd::Zero(3 * count);
     for (TetId t : tree.level(level)) {
-        std::array<VertexId, 10> node;
-        std::array<Vec3, 4> x;
-        for (std::size_t i = 0; i < 4; ++i) {
-            node[i] = tree.corners(t)[i];
-            x[i] = tree.rest(node[i]);
-        }
-        if (order == 2)
-            for (std::size_t e = 0; e < 6; ++e) node[4 + e] = tree.midpoints(t)[e];
-        const auto g = corner_gradients(x);
-        Eigen::MatrixXd k = Eigen::MatrixXd::Zero(30, 30);
-        const int points = order == 1 ? 1 : 4;
-        for (int point = 0; point < points; ++point) {
-            Vec4 b = Vec4::Constant(order == 1 ? 0.25 : 0.13819660112501051518);
-            if (order == 2) b[point] = 0.58541019662496845446;
-            Eigen::MatrixXd strain = Eigen::MatrixXd::Zero(6, 30);
-            for (std::size_t i = 0; i < nodes; ++i) {
-                Vec3 d;  // gradient of the shape function
-                if (order == 1) {
-                    d = g.col(static_cast<int>(i));
-                } else if (i < 4) {
-                    d = (4 * b[static_cast<int>(i)] - 1) * g.col(static_cast<int>(i));
-                } else {
-                    const auto [p, q] = tet_edges[i - 4];
-                    d = 4 * (b[p] * g.col(q) + b[q] * g.col(p));
-                }
-                const int c = 3 * static_cast<int>(i);
-                for (int r = 0; r < 3; ++r) strain(r, c + r) = d[r];
-                strain(3, c + 1) = strain(4, c) = d[2];
-                strain(3, c + 2) = strain(5, c) = d[1];
-                strain(4, c + 2) = strain(5, c + 1) = d[0];
-            }
-            k += tree.volume(t) / points * strain.transpose() * elasticity[t].matrix() * strain;
-        }
+        const std::vector<VertexId> node = reference_nodes(tree, t, order);
+        const Eigen::MatrixXd k = reference_stiffness(tree, t, order, elasticity[t].matrix());
         for (std::size_t i = 0; i < nodes; ++i) {
             const int row = unknown[node[i].index()];
             if (row < 0) continue;
