@@ -164,6 +164,18 @@ TEST(VoxelMaterial, HolesAndPositionsOutsideAreNamed) {
     EXPECT_EQ(complete->zone({0.2, 0.1, 1.5}, TetId{0}), 5);
 }
 
+TEST(VoxelMaterial, AnImageCoversItsWholeBox) {
+    VoxelImage image;
+    image.size = {2, 3, 4};
+    image.data.resize(24);
+    image.place(Vec3(0.05, 0.05, 0.05), Mat3::Identity() / 10);
+    for (int corner = 0; corner < 8; ++corner) {
+        const Vec3 end((corner & 1) * 0.2, (corner >> 1 & 1) * 0.3, (corner >> 2) * 0.4);
+        EXPECT_TRUE(image.contains(image.continuous_index(end))) << end.transpose();
+        EXPECT_FALSE(image.contains(image.continuous_index(end + 1e-6 * (end - Vec3(0.1, 0.15, 0.2)))));
+    }
+}
+
 TEST(VoxelMaterial, ScalarsAreInterpolated) {
     const Scalar nearest = voxel_scalar(half_and_half(), VoxelSampling::nearest, 10);
     const Scalar linear = voxel_scalar(half_and_half(), VoxelSampling::linear, 10);

@@ -107,6 +107,20 @@ TEST(CellSampling, FitIsNearTheTangentAndRangesEndWhereTheLawDoes) {
     }
 }
 
+/// The bulk stiffness of nearly incompressible material must not loosen what is asked of its shear: T2 goes by pairs.
+TEST(CellSampling, NearIncompressibilityDoesNotLoosenTheShear) {
+    const auto shear_width = [](double poisson) {
+        std::array<Sym6, 8> children;
+        for (std::size_t i = 0; i < 8; ++i) children[i] = isotropic(i % 2 ? 1e4 : 2e4, poisson);
+        const StrainRange range =
+            sample_cell(CellProblem::mean_strain, corner_gradients(some_tet), children, nullptr, {}).valid_range;
+        double width = 0;
+        for (std::size_t m = 3; m < 6; ++m) width += range[m][1] - range[m][0];
+        return width;
+    };
+    EXPECT_LT(shear_width(0.499), shear_width(0.3));
+}
+
 TEST(CellSampling, LooserThresholdsWidenTheRanges) {
     const auto gradients = corner_gradients(some_tet);
     const auto children = random_children(5, 30);
