@@ -196,7 +196,7 @@ void two_phase(std::ostream& out) {
 
 void ranges(std::ostream& out) {
     const TetTree tree(box_mesh({0, 0, 0}, {4, 1, 1}, {8, 2, 2}), 2);
-    out << "## Nonlinear samples and valid ranges\n\nT1 = 1e-2, T2 = 1e-4 of the tet's stiffness. Half width: median "
+    out << "## Nonlinear samples and valid ranges\n\nT1 = 1e-2, T2 = 1e-4 sqrt(C_jj C_mm) for stress j under strain m. Half width: median "
            "over the "
            "tets with an end, mean of the six strains.\n\n"
         << "| material | level | tets | uniform | with an end | median half width | mean / largest difference of fit "
