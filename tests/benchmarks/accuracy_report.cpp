@@ -17,6 +17,7 @@
 #include "server/cli/comparison.hpp"
 #include "server/cli/sweep.hpp"
 #include "tests/support/hand.hpp"
+#include "tests/support/project.hpp"
 #include "tests/support/report.hpp"
 
 using namespace tetfront;
@@ -43,7 +44,7 @@ std::shared_ptr<const Model> model_of(const Case& c, int levels, std::vector<Ove
     std::vector<Override> overrides = c.overrides;
     overrides.push_back({"/levels", std::to_string(levels)});
     overrides.insert(overrides.end(), more.begin(), more.end());
-    return build_model(load_scene(std::string(TETFRONT_SOURCE_DIR "/assets/scenes/") + c.scene, overrides));
+    return build_model(load_scene(source_folder() / "assets/scenes" / c.scene, overrides));
 }
 
 FrontSpec adaptive(int order, double tolerance) {
@@ -236,7 +237,7 @@ int run(int steps, const std::filesystem::path& path) {
 
 int main(int argc, char** argv) {
     try {
-        return run(argc > 1 ? std::max(1, std::atoi(argv[1])) : 240, argc > 2 ? argv[2] : TETFRONT_SOURCE_DIR "/tests/reports/accuracy.md");
+        return run(argc > 1 ? std::max(1, std::atoi(argv[1])) : 240, argc > 2 ? argv[2] : source_folder() / "tests/reports/accuracy.md");
     } catch (const std::exception& error) {
         std::cerr << error.what() << "\n";
         return 4;

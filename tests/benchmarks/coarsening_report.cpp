@@ -3,6 +3,7 @@
 //   build/release/tests/coarsening_report        (about a minute)
 
 #include "engine/mechanics/elasticity_cache.hpp"
+#include "tests/support/project.hpp"
 #include "tests/support/static_level.hpp"
 
 #include <chrono>
@@ -295,7 +296,7 @@ std::string machine() {
 }  // namespace
 
 int main() {
-    const fs::path folder = fs::path(TETFRONT_SOURCE_DIR) / "tests/reports";
+    const fs::path folder = source_folder() / "tests/reports";
     fs::create_directories(folder);
     std::ostringstream out;
     const std::time_t now = std::time(nullptr);

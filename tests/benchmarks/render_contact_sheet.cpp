@@ -14,6 +14,7 @@
 #include "server/render/png.hpp"
 #include "server/render/renderer.hpp"
 #include "server/session/stage.hpp"
+#include "tests/support/project.hpp"
 
 using namespace tetfront;
 
@@ -38,7 +39,7 @@ Image picture(Renderer& renderer, const std::filesystem::path& file) {
 
 int main(int argc, char** argv) {
     try {
-        const std::filesystem::path assets = std::filesystem::path(TETFRONT_SOURCE_DIR) / "assets";
+        const std::filesystem::path assets = source_folder() / "assets";
         const std::filesystem::path file = argc > 1 ? argv[1] : assets / "pictures" / "scenes.png";
         std::vector<std::filesystem::path> scenes;
         for (const auto& entry : std::filesystem::directory_iterator(assets / "scenes"))

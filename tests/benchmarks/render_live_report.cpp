@@ -14,6 +14,7 @@
 #include "server/render/renderer.hpp"
 #include "server/render/sequence.hpp"
 #include "tests/support/hand.hpp"
+#include "tests/support/project.hpp"
 #include "tests/support/report.hpp"
 
 using namespace tetfront;
@@ -71,8 +72,8 @@ void row(std::ostream& out, const char* name, const Run& r) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    const std::string path = argc > 1 ? argv[1] : TETFRONT_SOURCE_DIR "/tests/reports/live.md";
-    const auto model = build_model(load_scene(TETFRONT_SOURCE_DIR "/assets/scenes/bunny.json"));
+    const std::string path = argc > 1 ? argv[1] : source_folder() / "tests/reports/live.md";
+    const auto model = build_model(load_scene(source_folder() / "assets/scenes/bunny.json"));
     const TetTree& tree = model->tree;
     const Run alone = run(model, false), pulled = run(model, true);
 

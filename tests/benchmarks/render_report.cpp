@@ -18,6 +18,7 @@
 #include "server/session/recording.hpp"
 #include "server/session/stage.hpp"
 #include "tests/support/blob_frame.hpp"
+#include "tests/support/project.hpp"
 #include "tests/support/report.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -95,7 +96,7 @@ Parts measure(const std::string& what, View view, const std::function<std::share
 
 int main(int argc, char** argv) {
     try {
-        const std::filesystem::path root = TETFRONT_SOURCE_DIR;
+        const std::filesystem::path root = source_folder();
         const std::string program = (std::filesystem::canonical("/proc/self/exe").parent_path().parent_path() / "server" / "tetfront").string();
         const std::filesystem::path file = argc > 1 ? argv[1] : root / "tests" / "reports" / "rendering.md";
         const auto model = build_model(load_scene(root / "assets" / "scenes" / "bunny.json"));

@@ -13,6 +13,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/project.hpp"
+
 namespace tetfront {
 namespace {
 
@@ -108,7 +110,7 @@ std::vector<std::string> violations(const Files& files) {
 }
 
 Files source_files() {
-    const std::filesystem::path root = TETFRONT_SOURCE_DIR;
+    const std::filesystem::path root = source_folder();
     Files files;
     for (const char* top : {"engine", "server"}) {
         for (const auto& entry : std::filesystem::recursive_directory_iterator(root / top)) {

@@ -1,7 +1,7 @@
 #pragma once
 // A program that a test runs, with its output.
 //
-//     ChildProcess serve({TETFRONT_PROGRAM, "serve", "--port", "0"});
+//     ChildProcess serve({program_path(), "serve", "--port", "0"});
 //     std::string url = serve.read_line();      // of stdout
 //     serve.signal(SIGTERM);
 //     EXPECT_EQ(serve.wait().status, 0);

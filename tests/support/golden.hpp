@@ -11,10 +11,12 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/project.hpp"
+
 namespace tetfront {
 
 inline void expect_golden(const std::string& name, std::string_view bytes) {
-    const auto file = std::filesystem::path(TETFRONT_SOURCE_DIR) / "tests" / "golden" / name;
+    const auto file = source_folder() / "tests" / "golden" / name;
     if (std::getenv("TETFRONT_UPDATE_GOLDEN")) {
         std::ofstream out(file, std::ios::binary);
         out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));

@@ -4,6 +4,7 @@
 #include "engine/base/atomic_file.hpp"
 #include "server/render/image.hpp"
 #include "server/render/png.hpp"
+#include "tests/support/project.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -49,7 +50,7 @@ inline bool same_picture(const Image& a, const Image& b) {
 }
 
 inline std::filesystem::path golden_picture(const std::string& name) {
-    return std::filesystem::path(TETFRONT_SOURCE_DIR) / "tests" / "golden" / name;
+    return source_folder() / "tests" / "golden" / name;
 }
 
 /// TETFRONT_UPDATE_GOLDEN=1 writes the file anew; look at it before committing it. A difference leaves the new picture

@@ -1,6 +1,7 @@
 #include "engine/scene/scene.hpp"
 
 #include "engine/base/error.hpp"
+#include "tests/support/project.hpp"
 
 #include <fstream>
 #include <random>
@@ -280,7 +281,7 @@ TEST(Scene, FilesThatCannotBeRead) {
 }
 
 TEST(Scene, RandomDamageNeverDoesAnythingButRefuse) {
-    std::ifstream stream(TETFRONT_SOURCE_DIR "/assets/scenes/bunny.json");
+    std::ifstream stream(source_folder() / "assets/scenes/bunny.json");
     const std::string original((std::istreambuf_iterator<char>(stream)), {});
     ASSERT_FALSE(original.empty());
     std::mt19937 random(1);

@@ -4,6 +4,7 @@
 #include "engine/base/error.hpp"
 #include "engine/scene/scene.hpp"
 #include "tests/support/json_schema.hpp"
+#include "tests/support/project.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -17,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-const std::filesystem::path assets = TETFRONT_SOURCE_DIR "/assets";
+const std::filesystem::path assets = source_folder() / "assets";
 
 const JsonSchema& schema() {
     static const JsonSchema instance(json::parse(std::ifstream(assets / "schema/scene.schema.json")));

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/simulation/simulation.hpp"
+#include "tests/support/project.hpp"
 
 namespace tetfront {
 namespace {
@@ -11,7 +12,7 @@ namespace {
 /// Mean distance that the vertices of a force's region have moved outwards after half a second [m].
 double pulled(int force) {
     const std::string other = "/forces/" + std::to_string(1 - force), mine = "/forces/" + std::to_string(force);
-    const Scene scene = load_scene(TETFRONT_SOURCE_DIR "/assets/scenes/armadillo.json",
+    const Scene scene = load_scene(source_folder() / "assets/scenes/armadillo.json",
                                    {{"/levels", "1"}, {"/mesh/surface/target_tets", "700"}, {"/estimation", R"({"sampled": false})"},
                                     {mine + "/start", "0"}, {mine + "/end", "10"}, {other + "/start", "20"}, {other + "/end", "30"}});
     const auto model = build_model(scene);
@@ -31,7 +32,7 @@ double pulled(int force) {
 }
 
 TEST(Armadillo, SofterHandMovesFartherUnderTheSameForce) {
-    if (!std::filesystem::exists(TETFRONT_SOURCE_DIR "/assets/models/armadillo.off"))
+    if (!std::filesystem::exists(source_folder() / "assets/models/armadillo.off"))
         GTEST_SKIP() << "assets/fetch armadillo fetches the model";
     const double soft = pulled(0), stiff = pulled(1);
     EXPECT_GT(stiff, 0.001);

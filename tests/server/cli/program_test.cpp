@@ -1,6 +1,7 @@
 // Runs the built program: exit statuses, what goes to stdout, signals.
 
 #include "tests/support/child_process.hpp"
+#include "tests/support/project.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 #include <algorithm>
@@ -37,7 +38,7 @@ class Program : public testing::Test {
     }
 
     static ChildProcess::Result run(std::vector<std::string> arguments) {
-        arguments.insert(arguments.begin(), TETFRONT_PROGRAM);
+        arguments.insert(arguments.begin(), program_path());
         return ChildProcess(arguments).wait();
     }
     static void expect_refusal(const ChildProcess::Result& result, int status, const std::string& part) {
@@ -259,13 +260,13 @@ TEST_F(Program, OutputThatCannotBeWrittenIsStatus4) {
     expect_refusal(run({"study", scene_, "--out", scene_}), 4, "beam.json");
     std::filesystem::create_directories(path("taken/study.svg"));
     expect_refusal(run({"study", scene_, "--out", path("taken")}), 4, "study.svg");
-    ChildProcess full({TETFRONT_PROGRAM, "info", scene_}, "/dev/full");
+    ChildProcess full({program_path(), "info", scene_}, "/dev/full");
     EXPECT_EQ(full.wait().status, 4);
 }
 
 TEST_F(Program, ServePrintsOneUrlAndEndsWell) {
     for (const int signal : {SIGTERM, SIGINT}) {
-        ChildProcess serve({TETFRONT_PROGRAM, "serve", scene_, "--port", "0", "--web", web_});
+        ChildProcess serve({program_path(), "serve", scene_, "--port", "0", "--web", web_});
         const std::string url = serve.read_line();
         EXPECT_EQ(url.substr(0, 17), "http://127.0.0.1:") << url;
         EXPECT_TRUE(url.ends_with("/"));
@@ -277,7 +278,7 @@ TEST_F(Program, ServePrintsOneUrlAndEndsWell) {
 }
 
 TEST_F(Program, ATakenPortIsStatus3) {
-    ChildProcess first({TETFRONT_PROGRAM, "serve", scene_, "--port", "0", "--web", web_});
+    ChildProcess first({program_path(), "serve", scene_, "--port", "0", "--web", web_});
     const std::string url = first.read_line(), port = url.substr(17, url.size() - 18);
     expect_refusal(run({"serve", scene_, "--port", port, "--web", web_}), 3, port);
     first.signal(SIGTERM);

@@ -1,4 +1,5 @@
 #include "server/render/palette.hpp"
+#include "tests/support/project.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +19,7 @@ void PrintTo(const Rgb& c, std::ostream* out) { *out << int{c.r} << ' ' << int{c
 namespace {
 
 nlohmann::json golden() {
-    std::ifstream in(std::string(TETFRONT_SOURCE_DIR) + "/tests/golden/palette.json");
+    std::ifstream in(source_folder() / "tests/golden/palette.json");
     return nlohmann::json::parse(in);
 }
 

@@ -2,6 +2,7 @@
 
 #include "tests/support/child_process.hpp"
 #include "tests/support/pictures.hpp"
+#include "tests/support/project.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 #include <algorithm>
@@ -31,7 +32,7 @@ class RenderCommand : public testing::Test {
     RenderCommand() { scene_ = folder_.write("beam.json", beam).string(); }
 
     ChildProcess::Result run(std::vector<std::string> arguments) {
-        arguments.insert(arguments.begin(), {TETFRONT_PROGRAM, "render", scene_});
+        arguments.insert(arguments.begin(), {program_path(), "render", scene_});
         return ChildProcess(arguments).wait();
     }
     [[nodiscard]] std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
@@ -132,7 +133,7 @@ TEST_F(RenderCommand, SaysWhenOutputCannotBeWrittenWithStatusFour) {
 
 TEST_F(RenderCommand, StopsOnInterruptWithWholeFiles) {
     ChildProcess child(
-        {TETFRONT_PROGRAM, "render", scene_, "--frames", "100000", "--size", "64x64", "--out", path("frames")});
+        {program_path(), "render", scene_, "--frames", "100000", "--size", "64x64", "--out", path("frames")});
     while (!std::filesystem::exists(path("frames/000003.png")))
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     child.signal(SIGINT);
@@ -164,13 +165,13 @@ std::map<std::string, std::string> contents(const std::filesystem::path& folder)
 class RecordedRun : public RenderCommand {
  protected:
     void record(const std::string& frames, std::vector<std::string> more = {}) {
-        std::vector<std::string> words = {TETFRONT_PROGRAM, "record", scene_, "-o", path("run.tfr"), "--frames", frames};
+        std::vector<std::string> words = {program_path(), "record", scene_, "-o", path("run.tfr"), "--frames", frames};
         words.insert(words.end(), more.begin(), more.end());
         const auto result = ChildProcess(words).wait();
         ASSERT_EQ(result.status, 0) << result.err;
     }
     ChildProcess::Result render(const std::string& folder, std::vector<std::string> more) {
-        std::vector<std::string> words = {TETFRONT_PROGRAM, "render", path("run.tfr"), "--out", path(folder), "--size", "160x90"};
+        std::vector<std::string> words = {program_path(), "render", path("run.tfr"), "--out", path(folder), "--size", "160x90"};
         words.insert(words.end(), more.begin(), more.end());
         return ChildProcess(words).wait();
     }
@@ -222,7 +223,7 @@ TEST_F(RecordedRun, ResumesAfterEveryKindOfEnd) {
     std::mt19937 random(5);
     int killed = 0;
     for (int attempt = 0; attempt < 20; ++attempt) {  // SIGKILL at any moment
-        ChildProcess child({TETFRONT_PROGRAM, "render", path("run.tfr"), "--out", path("killed"), "--size", "160x90", "--resume"});
+        ChildProcess child({program_path(), "render", path("run.tfr"), "--out", path("killed"), "--size", "160x90", "--resume"});
         std::this_thread::sleep_for(std::chrono::milliseconds(200 + random() % 700));
         child.signal(SIGKILL);
         killed += child.wait().status == -SIGKILL;
@@ -266,7 +267,7 @@ TEST_F(RenderCommand, ASimulationResumesWithTheSameBytes) {
 }
 
 TEST_F(RecordedRun, KilledRecordingIsReadable) {
-    ChildProcess child({TETFRONT_PROGRAM, "record", scene_, "-o", path("run.tfr"), "--frames", "100000"});
+    ChildProcess child({program_path(), "record", scene_, "-o", path("run.tfr"), "--frames", "100000"});
     for (int wait = 0; wait < 2000 && (!std::filesystem::exists(path("run.tfr")) || std::filesystem::file_size(path("run.tfr")) < 20000); ++wait)
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     child.signal(SIGKILL);
@@ -298,7 +299,7 @@ TEST_F(RecordedRun, MakesAVideoWhenThereIsFfmpeg) {
     const auto program = folder_.write("bin/ffmpeg", "#!/bin/sh\nfor word; do last=$word; done\necho \"$@\" > \"$last\"\n");
     std::filesystem::permissions(program, std::filesystem::perms::owner_all);
     const auto with_path = [&](const std::string& search, const std::string& file) {
-        return ChildProcess({"/usr/bin/env", "PATH=" + search, TETFRONT_PROGRAM, "render", path("run.tfr"), "--out", path("frames"),
+        return ChildProcess({"/usr/bin/env", "PATH=" + search, program_path(), "render", path("run.tfr"), "--out", path("frames"),
                              "--size", "64x64", "--video", file}).wait();
     };
     const auto made = with_path(path("bin") + ":/usr/bin:/bin", path("a.mp4"));
@@ -327,14 +328,14 @@ TEST_F(RenderCommand, ViewFileKeyframesAndOverlay) {
 }
 
 TEST_F(RenderCommand, AnotherUsersDirectoryAndAFullDiskAreStatusFour) {
-    const auto result = ChildProcess({TETFRONT_PROGRAM, "record", scene_, "-o", "/dev/full", "--frames", "1"}).wait();
+    const auto result = ChildProcess({program_path(), "record", scene_, "-o", "/dev/full", "--frames", "1"}).wait();
     EXPECT_EQ(result.status, 4);
     EXPECT_NE(result.err.find("/dev/full"), std::string::npos) << result.err;
-    EXPECT_EQ(ChildProcess({TETFRONT_PROGRAM, "record", scene_, "-o", path("no/run.tfr"), "--frames", "1"}).wait().status, 4);
+    EXPECT_EQ(ChildProcess({program_path(), "record", scene_, "-o", path("no/run.tfr"), "--frames", "1"}).wait().status, 4);
     EXPECT_EQ(run({"--frames", "1", "--out", "/proc/frames"}).status, 4);
     // A limit on the size of files ends a picture in the middle, as a full disk does.
     const auto full = ChildProcess({"/bin/sh", "-c", "trap '' XFSZ; ulimit -f 8; exec \"$0\" render \"$1\" --frames 2 --size 640x360 --out \"$2\"",
-                                    TETFRONT_PROGRAM, scene_, path("full")}).wait();
+                                    program_path(), scene_, path("full")}).wait();
     EXPECT_EQ(full.status, 4) << full.err;
     EXPECT_NE(full.err.find("000000.png"), std::string::npos) << full.err;
     EXPECT_TRUE(contents(path("full")).empty()) << "nothing half-written under any name";
