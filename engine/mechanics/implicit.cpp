@@ -22,15 +22,6 @@ class Stopwatch {
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-Vec3 value_at(const Front::Point& p, int nodes, const PerVertex<Vec3>& field) {
-    Vec3 sum = Vec3::Zero();
-    for (std::size_t i = 0; i < static_cast<std::size_t>(nodes); ++i) sum += p.weights[i] * field[p.nodes[i]];
-    return sum;
-}
-void add_at(const Front::Point& p, int nodes, const Vec3& force, PerVertex<Vec3>& field) {
-    for (std::size_t i = 0; i < static_cast<std::size_t>(nodes); ++i) field[p.nodes[i]] += p.weights[i] * force;
-}
-
 }  // namespace
 
 void Implicit::build(const Front& front, const ElementSet& elements, const TetMaterials& materials,

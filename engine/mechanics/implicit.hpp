@@ -22,34 +22,10 @@
 #include "engine/mechanics/elements.hpp"
 #include "engine/mechanics/multilevel.hpp"
 #include "engine/mechanics/pcg.hpp"
+#include "engine/mechanics/state.hpp"
 #include "engine/tree/front.hpp"
 
 namespace tetfront {
-
-/// What moves: one entry per vertex of the tree; only those of the front are valid.
-struct State {
-    PerVertex<Vec3> x;  // [m]
-    PerVertex<Vec3> v;  // [m/s]
-    PerVertex<Vec3> a;  // [m/s^2] of the last step; the solver's first guess for the next one
-};
-
-/// A force at a point of the front.
-struct PointForce {
-    Front::Point at;
-    Vec3 force;  // [N]
-};
-/// A spring and damper between a point of the front and a fixed target.
-struct PointSpring {
-    Front::Point at;
-    Vec3 target;       // [m]
-    double stiffness;  // [N/m]
-    double damping;    // [N s/m]
-};
-struct Loads {
-    Vec3 gravity = Vec3::Zero();  // [m/s^2]
-    std::vector<PointForce> forces;
-    std::vector<PointSpring> springs;
-};
 
 struct ImplicitSettings {
     double time_step = 1.0 / 60;  // [s]

@@ -1,0 +1,70 @@
+#pragma once
+// What a Simulation owns; for the files that implement it. simulation_commands.cpp holds commands and answers, simulation_step.cpp what
+// a step does. Mutable state that a snapshot must keep: front, state, adaptivity, gravity, pulls, steps, the settings
+// that commands change (tolerance, budget), milliseconds_per_tet. All else follows from it and from the model.
+
+#include <chrono>
+
+#include "engine/mechanics/adaptivity.hpp"
+#include "engine/mechanics/time_stepper.hpp"
+#include "engine/simulation/frame_builder.hpp"
+#include "engine/simulation/pins.hpp"
+#include "engine/simulation/pulls.hpp"
+#include "engine/simulation/simulation.hpp"
+
+namespace tetfront {
+
+struct Simulation::Impl {
+    Impl(std::shared_ptr<const Model> m, const FrontSpec& spec);
+
+    /// State at rest on the front as it is, at time 0.
+    void start();
+    StepReport step();
+
+    /// The parts of a report that describe the present state.
+    void describe(StepReport& r) const;
+    /// Loads of the present state.
+    void add_loads(Loads& loads) const;
+    /// Of the last evaluation of `elements` [J]: elastic, kinetic, and in the gravity field up to a constant.
+    [[nodiscard]] double total_energy() const;
+
+    std::shared_ptr<const Model> model;
+    Front front;
+    Adaptivity adaptivity;
+    AdaptivitySettings adapt_settings;
+    ElementSet elements;
+    TimeStepper stepper;
+    ImplicitSettings settings;
+    State state;
+    FrameBuilder frames;
+    Pins pins;
+    Vec3 gravity;
+    Pulls pulls;
+    double time = 0;
+    std::uint64_t steps = 0;
+    std::size_t budget_tets = 0;
+    double budget_milliseconds = 0;   // 0: none
+    double milliseconds_per_tet = 0;  // of recent steps, the costliest
+    StepReport report;
+
+ private:
+    /// Splits tets that miss a pinned region, until none does.
+    void resolve_pins();
+    /// What follows from the front and the pins.
+    void rebuild();
+    /// What the scene's timeline has for the step that begins. Cost: the timeline; the tree only when a pin is released.
+    void apply_timeline();
+    /// Gives vertices that appeared their place and velocity, and hanging ones theirs.
+    void transfer(const Front::Change& change);
+    /// Turns the budget into a number of tets. A budget of time uses what tets have cost at most lately, changes of the
+    /// front included.
+    void apply_budget();
+    void adapt(StepReport& r);
+    /// [ms] since the last call.
+    double lap();
+
+    PerVertex<Vec3> scratch_;
+    std::chrono::steady_clock::time_point phase_start_;
+};
+
+}  // namespace tetfront
