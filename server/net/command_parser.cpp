@@ -1,5 +1,6 @@
 #include "server/net/command_parser.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <set>
@@ -21,6 +22,12 @@ constexpr std::int64_t max_pull = (std::int64_t{1} << 31) - 1;
 constexpr double max_coordinate = 1e6;  // [m]
 constexpr double max_gravity = 1e4;     // [m/s^2]
 constexpr int max_tets = 1 << 28;
+constexpr double max_force = 1e9;       // [N]
+constexpr std::size_t max_name = 64, max_token = 1024;
+
+constexpr std::pair<std::string_view, Field> colourings[] = {
+    {"level", Field::none},    {"stiffness", Field::none}, {"displacement", Field::displacement},
+    {"strain", Field::strain}, {"stress", Field::stress},  {"error", Field::error}};
 
 std::string number(double value) {
     std::string text = Json(value).dump();
@@ -75,6 +82,28 @@ class Members {
             result[i] = real(value[static_cast<std::size_t>(i)], pointer(key) + "/" + std::to_string(i), low, high);
         return result;
     }
+    const std::string& string(const char* key, std::size_t longest) {
+        const Json& value = get(key);
+        if (!value.is_string()) throw CommandError{"wrong_type", pointer(key), "is not a string"};
+        const auto& text = value.get_ref<const std::string&>();
+        if (text.size() > longest)
+            throw CommandError{"out_of_range", pointer(key), "is longer than " + std::to_string(longest) + " bytes"};
+        return text;
+    }
+    std::string name(const char* key) {
+        const std::string& text = string(key, max_name);
+        if (!is_plain_name(text))
+            throw CommandError{"out_of_range", pointer(key),
+                               "is not a name; use 1..64 of A-Z a-z 0-9 - _ . and no dot in front"};
+        return text;
+    }
+    Field colouring(const char* key) {
+        const std::string& text = string(key, max_name);
+        for (const auto& [known, field] : colourings)
+            if (text == known) return field;
+        throw CommandError{"out_of_range", pointer(key),
+                           "is not a colouring; use level, stiffness, displacement, strain, stress or error"};
+    }
     void refuse_others() const {
         for (const auto& [key, value] : object_.items())
             if (!read_.contains(key)) throw CommandError{"unknown_key", pointer(key), "is not a key of this command"};
@@ -105,6 +134,14 @@ SurfacePoint surface_point(Members& m) {
         throw CommandError{"out_of_range", "/barycentric", "sums to " + number(sum) + ", not 1"};
     point.barycentric /= sum;
     return point;
+}
+
+std::uint32_t force_number(Members& m) { return static_cast<std::uint32_t>(m.integer("force", 0, max_pull)); }
+Vec3 force_value(Members& m) { return m.vector("value", -max_force, max_force); }
+
+command::Pin pin(Members& m, bool pinned) {
+    const SurfacePoint point = surface_point(m);
+    return {pinned, point, m.real("radius", 0, max_coordinate)};
 }
 
 using Reader = std::function<Command(Members&)>;
@@ -140,6 +177,49 @@ const std::vector<std::pair<std::string_view, Reader>>& readers() {
              if (m.has("milliseconds")) budget.milliseconds = m.real("milliseconds", 0, 1e6);
              return budget;
          }},
+        {"force_add",
+         [](Members& m) {
+             command::ForceAdd force;
+             force.force = force_number(m);
+             force.point = surface_point(m);
+             force.value = force_value(m);
+             return force;
+         }},
+        {"force_move",
+         [](Members& m) {
+             command::ForceMove force;
+             force.force = force_number(m);
+             if (m.has("triangle") || m.has("barycentric")) force.point = surface_point(m);
+             force.value = force_value(m);
+             return force;
+         }},
+        {"force_remove", [](Members& m) { return command::ForceRemove{force_number(m)}; }},
+        {"pin", [](Members& m) { return pin(m, true); }},
+        {"unpin", [](Members& m) { return pin(m, false); }},
+        {"stiffness_scale", [](Members& m) { return command::StiffnessScale{m.real("value", 0.01, 100)}; }},
+        {"damping",
+         [](Members& m) {
+             const double mass = m.real("mass", 0, 1000);
+             return command::Damping{mass, m.real("stiffness", 0, 10)};
+         }},
+        {"order", [](Members& m) { return command::Order{static_cast<int>(m.integer("value", 1, 2))}; }},
+        {"load", [](Members& m) { return command::Load{m.name("scene")}; }},
+        {"save", [](Members& m) { return command::Save{m.name("name")}; }},
+        {"restore", [](Members& m) { return command::Restore{m.name("name")}; }},
+        {"record_start",
+         [](Members& m) {
+             command::RecordStart record;
+             if (m.has("name")) record.name = m.name("name");
+             if (m.has("fps")) record.fps = m.real("fps", 1, 240);
+             if (m.has("colouring")) record.field = m.colouring("colouring");
+             return record;
+         }},
+        {"record_stop", [](Members&) { return command::RecordStop{}; }},
+        {"colouring", [](Members& m) { return command::Colouring{m.colouring("value")}; }},
+        {"token", [](Members& m) { return command::Token{m.string("value", max_token)}; }},
+        {"scenes", [](Members&) { return command::Scenes{}; }},
+        {"states", [](Members&) { return command::States{}; }},
+        {"recordings", [](Members&) { return command::Recordings{}; }},
     };
     return table;
 }
@@ -164,6 +244,13 @@ Json parse_json(std::string_view text) {
     }
 }
 
+command::Acknowledge acknowledgement(Members& members) {
+    members.get("command");
+    const command::Acknowledge result{static_cast<std::uint32_t>(members.integer("frame", 0, 0xFFFFFFFFLL))};
+    members.refuse_others();
+    return result;
+}
+
 Command read_command(Members& members) {
     const Json& name = members.get("command");
     if (!name.is_string()) throw CommandError{"wrong_type", "/command", "is not a string"};
@@ -180,12 +267,20 @@ Command read_command(Members& members) {
 
 }  // namespace
 
+bool is_plain_name(std::string_view text) {
+    const auto plain = [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
+    };
+    return !text.empty() && text.size() <= max_name && text.front() != '.' && std::ranges::all_of(text, plain);
+}
+
 ParsedCommand parse_command(std::string_view text) {
     std::optional<std::int64_t> id;
     try {
         const Json object = parse_json(text);
         if (!object.is_object()) throw CommandError{"malformed", "", "is not a JSON object"};
         Members members(object);
+        if (!members.has("id") && object.value("command", Json()) == "ack") return {std::nullopt, acknowledgement(members)};
         id = members.integer("id", 0, max_id);
         Command command = read_command(members);
         return {id, std::move(command)};

@@ -16,9 +16,12 @@
 namespace tetfront {
 
 struct ParsedCommand {
-    std::optional<std::int64_t> id;  // nullopt: could not be read
+    std::optional<std::int64_t> id;  // nullopt: could not be read, or an acknowledgement
     std::variant<Command, CommandError> result;
 };
+
+/// A name of a scene, a recording or a saved state, as clients may say it: no separators, nothing hidden, 1..64 bytes.
+bool is_plain_name(std::string_view text);
 
 /// Never throws for any text. Error codes: malformed, unknown_command, unknown_key, missing_key, wrong_type,
 /// out_of_range; see server/PROTOCOL.md.

@@ -284,7 +284,8 @@ std::optional<CommandError> Session::apply(ClientId client, const Command& comma
                        stage_->set_budget(static_cast<std::size_t>(budget.tets), budget.milliseconds);
                        budget_ = budget;
                        return {};
-                   }},
+                   },
+                   [&](const auto&) -> Result { return CommandError{"failed", "", "is not possible here"}; }},
         command);
 }
 
