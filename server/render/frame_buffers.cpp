@@ -49,6 +49,7 @@ void FrameBuffers::update(const Frame& frame, const View& view, float reference_
     if (new_model) {
         faces_ = VertexFaces(frame.model->triangles, frame.surface.size());
         surface_.set_triangles(frame.model->triangles);
+        closed_ = is_closed(frame.model->triangles);
     }
     const bool same_scale = colouring_ == view.colouring && range_ == view.range;
     if (new_model || !same_scale || frame.topology != topology_ || field_of(view.colouring) != Field::none) {
@@ -108,6 +109,12 @@ void FrameBuffers::draw_surface() const {
     if (!cut_.isZero()) glEnable(GL_CLIP_DISTANCE0);
     surface_.draw();
     glDisable(GL_CLIP_DISTANCE0);
+}
+void FrameBuffers::draw_casters(bool mirrored) const {
+    const bool one_side = closed_ && cut_.isZero();
+    if (one_side) glEnable(GL_CULL_FACE), glCullFace(mirrored ? GL_FRONT : GL_BACK);
+    draw_surface();
+    if (one_side) glDisable(GL_CULL_FACE), glCullFace(GL_BACK);
 }
 void FrameBuffers::draw_arrows() const { arrows_.draw(); }
 

@@ -21,6 +21,9 @@ class FrameBuffers {
 
     /// Whether there is anything but lines.
     [[nodiscard]] bool has_solids() const { return show_surface_ || arrows_.index_count > 0; }
+    /// For depth maps: of a closed surface without a cut only the side that faces the light, the nearer one anyway.
+    /// mirrored: the map's x, y and depth are left-handed.
+    void draw_casters(bool mirrored) const;
     void draw_surface() const;  // nothing when the view hides the surface; cut where the view says so
     /// The view's cut as (normal, normal . point) for the programs' `cut`; zeros: none.
     [[nodiscard]] const Eigen::Vector4f& cut() const { return cut_; }
@@ -51,6 +54,7 @@ class FrameBuffers {
     GlBuffer line_buffer_;
     std::vector<LineInstance> lines_;
 
+    bool closed_ = false;
     VertexFaces faces_;
     std::vector<Point> normals_;
     std::shared_ptr<const FrameModel> model_;        // whose triangles are in the buffers

@@ -88,6 +88,18 @@ void VertexFaces::normals(std::span<const Point> positions, std::vector<Point>& 
     });
 }
 
+bool is_closed(std::span<const std::array<std::uint32_t, 3>> triangles) {
+    std::vector<std::uint64_t> edges, opposite;  // from << 32 | to
+    for (const auto& t : triangles) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::uint64_t a = t[i], b = t[(i + 1) % 3];
+            edges.push_back(a << 32 | b), opposite.push_back(b << 32 | a);
+        }
+    }
+    std::ranges::sort(edges), std::ranges::sort(opposite);
+    return std::ranges::adjacent_find(edges) == edges.end() && edges == opposite;
+}
+
 std::vector<std::array<std::uint8_t, 4>> surface_colours(const Frame& frame, const View& view) {
     std::vector<std::array<std::uint8_t, 4>> colours;
     colours.reserve(frame.surface.size());

@@ -37,6 +37,9 @@ class VertexFaces {
     std::vector<Corner> corners_;       // [3F]
 };
 
+/// Whether each edge of each triangle is an edge of exactly one other, which goes along it the other way.
+bool is_closed(std::span<const std::array<std::uint32_t, 3>> triangles);
+
 /// [S] RGBA of the surface's vertices. Throws InputError when the frame lacks what the view's colouring shows.
 std::vector<std::array<std::uint8_t, 4>> surface_colours(const Frame& frame, const View& view);
 

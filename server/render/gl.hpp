@@ -31,6 +31,7 @@ class GlProgram {
     // Uniforms of the program in use. Setting one that the program does not have is a bug: LogicError.
     void set(const char* uniform, int value) const { glUniform1i(location(uniform), value); }
     void set(const char* uniform, float value) const { glUniform1f(location(uniform), value); }
+    void set(const char* uniform, const Eigen::Vector2i& v) const { glUniform2i(location(uniform), v[0], v[1]); }
     void set(const char* uniform, const Eigen::Vector2f& v) const { glUniform2f(location(uniform), v[0], v[1]); }
     void set(const char* uniform, const Eigen::Vector3f& v) const { glUniform3f(location(uniform), v[0], v[1], v[2]); }
     void set(const char* uniform, const Eigen::Vector4f& v) const {

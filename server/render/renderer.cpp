@@ -1,12 +1,13 @@
 #include "server/render/renderer.hpp"
 
 #include "engine/base/error.hpp"
-#include "engine/base/parallel.hpp"
+#include "server/render/compose.hpp"
 #include "server/render/frame_buffers.hpp"
 #include "server/render/gl_context.hpp"
 #include "server/render/legend.hpp"
 #include "server/render/shaders.hpp"
 #include "server/render/shadows.hpp"
+#include "server/render/surface_shaders.hpp"
 #include "server/render/visibility.hpp"
 
 #include <algorithm>
@@ -20,7 +21,7 @@ using Eigen::Matrix4f;
 using Eigen::Vector3f;
 using Eigen::Vector4f;
 
-constexpr int largest_tile = 2560;        // [samples] memory of a tile: 8 bytes a sample
+constexpr int largest_tile = 2560;        // [samples] along a side; memory of a tile: 8 bytes a sample
 constexpr double line_half_width = 0.62;  // [pixels] of a picture 720 high
 const std::string version = shaders::version;
 
@@ -34,10 +35,29 @@ Tone tone(Background background) {
     return {grey(0.975F, 0.978F, 0.982F), grey(0.868F, 0.874F, 0.884F), grey(0.16F, 0.175F, 0.21F)};
 }
 
-/// Part of the picture, in samples, GL's bottom-up rows.
-struct Tile {
-    int x, y, width, height;
-};
+/// Scale and offset of a part in the picture, both 0..1.
+Vector4f share_of(const PixelBox& part, const View& view) {
+    const auto width = static_cast<float>(view.width), height = static_cast<float>(view.height);
+    return {static_cast<float>(part.width) / width, static_cast<float>(part.height) / height,
+            static_cast<float>(part.x) / width, static_cast<float>(part.y) / height};
+}
+
+/// Takes the part of the picture's [-1, 1]^2 to [-1, 1]^2.
+Matrix4f zoom_to(const PixelBox& part, const View& view) {
+    const Vector4f share = share_of(part, view);
+    Matrix4f zoom = Matrix4f::Identity();
+    zoom(0, 0) = 1 / share[0], zoom(1, 1) = 1 / share[1];
+    zoom(0, 3) = (1 - 2 * share[2]) / share[0] - 1;
+    zoom(1, 3) = (1 - 2 * share[3]) / share[1] - 1;
+    return zoom;
+}
+
+/// The lower left of what has been drawn.
+void read(int width, int height, std::vector<std::uint8_t>& rgba) {
+    rgba.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
+    glPixelStorei(GL_PACK_ALIGNMENT, 4);
+    glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
+}
 
 struct Projection {
     Matrix4f clip_from_eye, clip_from_world;
@@ -65,21 +85,23 @@ Projection projection(const View& view, const Eigen::AlignedBox3f& box, const st
 struct Renderer::Impl {
     GlContext context;
     GlProgram background{"background", version + shaders::full_screen_vertex, version + shaders::background_fragment};
-    GlProgram surface{"surface", version + shaders::common + shaders::cut_vertex + shaders::surface_vertex,
-                      version + shaders::common + shaders::cut_fragment + shaders::surface_fragment};
+    GlProgram surface{"surface", version + shaders::colours + shaders::cut_vertex + shaders::surface_vertex,
+                      version + shaders::colours + shaders::surface_fragment};
+    GlProgram cut_surface{"cut surface", version + shaders::colours + shaders::cut_vertex + shaders::surface_vertex,
+                          version + shaders::define_cut + shaders::colours + shaders::cut_fragment + shaders::surface_fragment};
     GlProgram lines{"lines", version + shaders::cut_vertex + shaders::line_vertex, version + shaders::line_fragment};
     GlVertexArray nothing;
     GlFramebuffer target;
-    GlTexture colour, depth;
+    GlTexture backdrop, colour, depth;
     FrameBuffers buffers;
     Shadows shadows;
     Visibility visibility;
     Legend legend;
-    std::vector<std::uint8_t> samples;  // read back: RGBA, bottom-up
+    std::vector<std::uint8_t> behind, samples;  // read back: RGBA, bottom-up
 
-    void draw_tile(const Tile& tile, const View& view, const Projection& projection, const Studio& studio, float size);
-    void draw_lines(const Tile& tile, const View& view, const Projection& projection, const Matrix4f& clip, float size);
-    void resolve(const Tile& tile, const View& view, Image& image);
+    void draw_backdrop(const PixelBox& tile, const View& view, const Projection& projection);
+    void draw_object(const PixelBox& part, const View& view, const Projection& projection, const Studio& studio, float size);
+    void draw_lines(const PixelBox& part, const View& view, const Projection& projection, const Matrix4f& clip, float size);
 };
 
 Renderer::Renderer() : impl_(std::make_unique<Impl>()) {}
@@ -94,9 +116,9 @@ Image Renderer::render(const Frame& frame, const View& view, const std::string& 
     const float size =
         std::max(1e-9F, (Eigen::Map<const Vector3f>(rest.data() + 3) - Eigen::Map<const Vector3f>(rest.data())).norm());
     const bool with_lines = view.wireframe || !view.surface;
-    const Eigen::AlignedBox3f box = bounds(frame, false, view.arrows);
+    const Eigen::AlignedBox3f box = bounds(frame, false, view.arrows), whole = bounds(frame, with_lines, view.arrows);
     const Studio studio(view);
-    const Projection projected = projection(view, bounds(frame, with_lines, view.arrows), view.floor);
+    const Projection projected = projection(view, whole, view.floor);
 
     impl_->buffers.update(frame, view, size);
     std::optional<float> floor;
@@ -107,13 +129,16 @@ Image Renderer::render(const Frame& frame, const View& view, const std::string& 
     }
 
     Image image(view.width, view.height, view.background == Background::transparent ? 4 : 3);
-    const int step = largest_tile / view.supersampling * view.supersampling;
-    const int width = view.width * view.supersampling, height = view.height * view.supersampling;
-    for (int y = 0; y < height; y += step) {
-        for (int x = 0; x < width; x += step) {
-            const Tile tile{x, y, std::min(step, width - x), std::min(step, height - y)};
-            impl_->draw_tile(tile, view, projected, studio, size);
-            impl_->resolve(tile, view, image);
+    const Vector3f room = Vector3f::Constant(0.02F * size);  // arrows are thicker than their axes
+    const PixelBox object = covered({whole.min() - room, whole.max() + room}, projected.clip_from_world, view.width, view.height, 8);
+    const int step = largest_tile / view.supersampling;
+    for (int y = 0; y < view.height; y += step) {
+        for (int x = 0; x < view.width; x += step) {
+            const PixelBox tile{x, y, std::min(step, view.width - x), std::min(step, view.height - y)};
+            const PixelBox part = common_part(tile, object);
+            impl_->draw_backdrop(tile, view, projected);
+            if (!part.empty()) impl_->draw_object(part, view, projected, studio, size);
+            compose(tile, impl_->behind, {part, view.supersampling, impl_->samples}, image);
         }
     }
     impl_->context.check_errors("Renderer::render");
@@ -121,68 +146,81 @@ Image Renderer::render(const Frame& frame, const View& view, const std::string& 
     return image;
 }
 
-void Renderer::Impl::draw_tile(const Tile& tile, const View& view, const Projection& projected, const Studio& studio,
-                               float size) {
-    const auto width = static_cast<float>(view.width * view.supersampling);
-    const auto height = static_cast<float>(view.height * view.supersampling);
-    const auto tile_width = static_cast<float>(tile.width), tile_height = static_cast<float>(tile.height);
-    const Vector4f in_picture(tile_width / width, tile_height / height, static_cast<float>(tile.x) / width,
-                              static_cast<float>(tile.y) / height);
-    // Zoom into the tile: its part of the picture's [-1, 1]^2 becomes [-1, 1]^2.
-    Matrix4f zoom = Matrix4f::Identity();
-    zoom(0, 0) = 1 / in_picture[0], zoom(1, 1) = 1 / in_picture[1];
-    zoom(0, 3) = (1 - 2 * in_picture[2]) / in_picture[0] - 1;
-    zoom(1, 3) = (1 - 2 * in_picture[3]) / in_picture[1] - 1;
-    const Matrix4f clip = zoom * projected.clip_from_world;
-
-    colour.allocate(tile.width, tile.height, GL_RGBA8, GL_NEAREST);
-    depth.allocate(tile.width, tile.height, GL_DEPTH_COMPONENT32F, GL_NEAREST);
-    target.bind(&colour, &depth);
-    glClearColor(0, 0, 0, 0);
-    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    glEnable(GL_BLEND);
-    glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+/// Background and floor: smooth, so one sample a pixel is enough.
+void Renderer::Impl::draw_backdrop(const PixelBox& tile, const View& view, const Projection& projected) {
+    backdrop.allocate(tile.width, tile.height, GL_RGBA8, GL_NEAREST);
+    target.bind(&backdrop, nullptr);
     glDisable(GL_DEPTH_TEST);
+    glDisable(GL_BLEND);
     const Tone tones = tone(view.background);
-    if (view.background != Background::transparent) {
+    if (view.background == Background::transparent) {
+        glClearColor(0, 0, 0, 0);
+        glClear(GL_COLOR_BUFFER_BIT);
+    } else {
         nothing.bind();
         background.use();
         background.set("top", tones.top);
         background.set("bottom", tones.bottom);
-        background.set("tile", in_picture);
+        background.set("tile", share_of(tile, view));
         glDrawArrays(GL_TRIANGLES, 0, 3);
     }
-    if (view.floor && buffers.has_solids()) shadows.draw_floor(clip, tones.shade);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    if (view.floor && buffers.has_solids()) shadows.draw_floor(zoom_to(tile, view) * projected.clip_from_world, tones.shade);
+    read(tile.width, tile.height, behind);
+}
 
+/// Surface, arrows and lines on nothing.
+void Renderer::Impl::draw_object(const PixelBox& part, const View& view, const Projection& projected, const Studio& studio,
+                                 float size) {
+    const int width = part.width * view.supersampling, height = part.height * view.supersampling;
+    const Matrix4f clip = zoom_to(part, view) * projected.clip_from_world;
+    // Textures keep their size while the part follows the object.
+    const int tile_width = std::min(largest_tile, view.width * view.supersampling);
+    const int tile_height = std::min(largest_tile, view.height * view.supersampling);
+    colour.allocate(tile_width, tile_height, GL_RGBA8, GL_NEAREST);
+    depth.allocate(tile_width, tile_height, GL_DEPTH_COMPONENT32F, GL_NEAREST);
+    target.bind(&colour, &depth);
+    glViewport(0, 0, width, height);
+    glScissor(0, 0, width, height);
+    glEnable(GL_SCISSOR_TEST);
+    glClearColor(0, 0, 0, 0);
+    glDepthMask(GL_TRUE);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glDisable(GL_SCISSOR_TEST);
     glDisable(GL_BLEND);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_LESS);
     if (buffers.has_solids()) {
-        surface.use();
-        surface.set_texture("visibility", 0, GL_TEXTURE_2D, visibility.texture());
-        surface.set("clip_from_world", clip);
-        surface.set("eye_position", Vector3f(view.eye.cast<float>()));
-        surface.set("cut", buffers.cut());
-        surface.set("up", studio.up);
-        surface.set("key_light", studio.key);
-        surface.set("fill_light", studio.fill);
-        surface.set("rim_light", studio.rim);
-        surface.set("tile", in_picture);
-        surface.set("tile_samples", Eigen::Vector2f(tile_width, tile_height));
+        const bool cut = !buffers.cut().isZero();
+        const GlProgram& program = cut ? cut_surface : surface;
+        program.use();
+        program.set_texture("visibility", 0, GL_TEXTURE_2D, visibility.texture());
+        program.set("clip_from_world", clip);
+        program.set("eye_position", Vector3f(view.eye.cast<float>()));
+        program.set("cut", buffers.cut());
+        program.set("up", studio.up);
+        program.set("key_light", studio.key);
+        program.set("fill_light", studio.fill);
+        program.set("rim_light", studio.rim);
+        program.set("tile", share_of(part, view));
+        program.set("tile_samples", Eigen::Vector2f(static_cast<float>(width), static_cast<float>(height)));
         buffers.draw_surface();
         buffers.draw_arrows();
     }
-    draw_lines(tile, view, projected, clip, size);
+    draw_lines(part, view, projected, clip, size);
+    read(width, height, samples);
 }
 
-void Renderer::Impl::draw_lines(const Tile& tile, const View& view, const Projection& projected, const Matrix4f& clip,
+void Renderer::Impl::draw_lines(const PixelBox& part, const View& view, const Projection& projected, const Matrix4f& clip,
                                 float size) {
     glEnable(GL_BLEND);
     glDepthMask(GL_FALSE);
     const double scale = std::max(1.0, std::sqrt(view.height / 720.0)) * view.supersampling;
     lines.use();
     lines.set("clip_from_world", clip);
-    lines.set("tile_samples", Eigen::Vector2f(static_cast<float>(tile.width), static_cast<float>(tile.height)));
+    lines.set("tile_samples", Eigen::Vector2f(static_cast<float>(part.width * view.supersampling),
+                                               static_cast<float>(part.height * view.supersampling)));
     lines.set("half_width", static_cast<float>(line_half_width * scale));
     lines.set("cut", buffers.cut());
     lines.set("eye", Vector3f(view.eye.cast<float>()));
@@ -194,43 +232,6 @@ void Renderer::Impl::draw_lines(const Tile& tile, const View& view, const Projec
                                    : Eigen::Vector2f(projected.near_plane, far_side));
     buffers.draw_lines();
     glDepthMask(GL_TRUE);
-}
-
-void Renderer::Impl::resolve(const Tile& tile, const View& view, Image& image) {
-    const auto stride = static_cast<std::size_t>(tile.width) * 4;
-    samples.resize(stride * static_cast<std::size_t>(tile.height));
-    glPixelStorei(GL_PACK_ALIGNMENT, 4);
-    glReadPixels(0, 0, tile.width, tile.height, GL_RGBA, GL_UNSIGNED_BYTE, samples.data());
-    const int n = view.supersampling, columns = tile.width / n, rows = tile.height / n;
-    const unsigned count = static_cast<unsigned>(n * n);
-    parallel_for(static_cast<std::size_t>(rows), 32, [&](std::size_t begin, std::size_t end) {
-        std::vector<unsigned> sums(static_cast<std::size_t>(columns) * 4);
-        for (std::size_t row = begin; row < end; ++row) {
-            std::ranges::fill(sums, 0U);
-            for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
-                const std::uint8_t* sample = samples.data() + (row * static_cast<std::size_t>(n) + k) * stride;
-                for (std::size_t x = 0; x < static_cast<std::size_t>(columns); ++x) {
-                    for (int i = 0; i < n; ++i, sample += 4) {
-                        for (std::size_t c = 0; c < 4; ++c) sums[4 * x + c] += sample[c];
-                    }
-                }
-            }
-            std::uint8_t* out = image.pixel(tile.x / n, view.height - 1 - tile.y / n - static_cast<int>(row));
-            for (std::size_t x = 0; x < static_cast<std::size_t>(columns); ++x, out += image.channels) {
-                const unsigned* sum = &sums[4 * x];
-                if (image.channels == 3) {
-                    for (std::size_t c = 0; c < 3; ++c)
-                        out[c] = static_cast<std::uint8_t>((sum[c] + count / 2) / count);
-                } else {  // premultiplied -> straight
-                    const unsigned alpha = sum[3];
-                    for (std::size_t c = 0; c < 3; ++c)
-                        out[c] =
-                            static_cast<std::uint8_t>(alpha ? std::min(255U, (sum[c] * 255 + alpha / 2) / alpha) : 0);
-                    out[3] = static_cast<std::uint8_t>((alpha + count / 2) / count);
-                }
-            }
-        }
-    });
 }
 
 }  // namespace tetfront

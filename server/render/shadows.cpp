@@ -1,6 +1,7 @@
 #include "server/render/shadows.hpp"
 
 #include "server/render/shaders.hpp"
+#include "server/render/shadow_shaders.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,7 @@ namespace {
 using Eigen::Matrix4f;
 using Eigen::Vector3f;
 
-constexpr int key_map_size = 1024, floor_map_size = 288, height_map_size = 192, sky_map_size = 96;
+constexpr int key_map_size = 1024, floor_map_size = 256, height_map_size = 192, sky_map_size = 96;
 
 std::string full(std::initializer_list<const char*> parts) {
     std::string source = shaders::version;
@@ -49,8 +50,8 @@ Studio::Studio(const View& view) : up_axis(view.up) {
 
 Shadows::Shadows()
     : depth_("depth", full({shaders::cut_vertex, shaders::depth_vertex}), full({shaders::depth_fragment})),
-      sky_("floor sky", full({shaders::full_screen_vertex}), full({shaders::common, shaders::floor_sky_fragment})),
-      bake_("floor bake", full({shaders::full_screen_vertex}), full({shaders::common, shaders::floor_bake_fragment})),
+      sky_("floor sky", full({shaders::full_screen_vertex}), full({shaders::sampling, shaders::floor_sky_fragment})),
+      bake_("floor bake", full({shaders::full_screen_vertex}), full({shaders::sampling, shaders::floor_bake_fragment})),
       blur_("floor blur", full({shaders::full_screen_vertex}), full({shaders::floor_blur_fragment})),
       floor_("floor", full({shaders::floor_vertex}), full({shaders::floor_fragment})) {}
 
@@ -82,7 +83,7 @@ void Shadows::draw_key(const FrameBuffers& buffers, const Studio& studio, const 
     depth_.use();
     depth_.set("clip_from_world", clip_from_world);
     depth_.set("cut", buffers.cut());
-    buffers.draw_surface();
+    buffers.draw_casters(false);
     buffers.draw_arrows();
 }
 
@@ -115,7 +116,7 @@ void Shadows::bake_floor(const FrameBuffers& buffers, const Studio& studio, cons
     depth_.use();
     depth_.set("clip_from_world", Matrix4f(clip_from_floor * world_from_floor_.inverse()));
     depth_.set("cut", buffers.cut());
-    buffers.draw_surface();
+    buffers.draw_casters(true);
     glDisable(GL_DEPTH_CLAMP);
 
     glDisable(GL_DEPTH_TEST);

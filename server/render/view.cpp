@@ -117,6 +117,27 @@ View at_time(View view, double time) {
     return view;
 }
 
+PixelBox covered(const Eigen::AlignedBox3f& box, const Eigen::Matrix4f& clip_from_world, int width, int height, int margin) {
+    const PixelBox picture{0, 0, width, height};
+    const Eigen::Array2f pixels(static_cast<float>(width), static_cast<float>(height));
+    Eigen::AlignedBox2f seen;
+    for (int i = 0; i < 8; ++i) {
+        const Eigen::Vector4f clip =
+            clip_from_world * box.corner(static_cast<Eigen::AlignedBox3f::CornerType>(i)).homogeneous();
+        if (!(clip[3] > 1e-6F)) return picture;
+        const Eigen::Array2f at = (clip.head<2>().array() / clip[3] + 1) / 2 * pixels;
+        seen.extend(at.max(-1e6F).min(1e6F).matrix());
+    }
+    const Eigen::Vector2i low = seen.min().array().floor().cast<int>(), high = seen.max().array().ceil().cast<int>();
+    return common_part(picture, {low[0] - margin, low[1] - margin, high[0] - low[0] + 2 * margin, high[1] - low[1] + 2 * margin});
+}
+
+PixelBox common_part(const PixelBox& a, const PixelBox& b) {
+    const int x = std::max(a.x, b.x), y = std::max(a.y, b.y);
+    return {x, y, std::max(0, std::min(a.x + a.width, b.x + b.width) - x),
+            std::max(0, std::min(a.y + a.height, b.y + b.height) - y)};
+}
+
 Eigen::Matrix4f eye_from_world(const View& view) {
     const Mat3 axes = camera_axes(view);
     Eigen::Matrix4d m = Eigen::Matrix4d::Identity();

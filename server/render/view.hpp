@@ -10,6 +10,7 @@
 #include "engine/simulation/simulation.hpp"
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <optional>
 #include <string>
 
@@ -42,6 +43,16 @@ View turntable(View view, double turns);
 /// The camera at a moment [s]: on a smooth curve (Catmull & Rom 1974, with the keys' times) through the view's
 /// keyframes; before the first and after the last it stands still. Without keyframes: the same view.
 View at_time(View view, double time);
+
+/// Part of a picture in pixels, or of its samples; y counts from the bottom, as in GL.
+struct PixelBox {
+    int x = 0, y = 0, width = 0, height = 0;
+    [[nodiscard]] bool empty() const { return width <= 0 || height <= 0; }
+};
+/// The part of a picture of this size that the box may cover, with `margin` pixels around; all of the picture when the
+/// box reaches behind the eye.
+PixelBox covered(const Eigen::AlignedBox3f& box, const Eigen::Matrix4f& clip_from_world, int width, int height, int margin);
+PixelBox common_part(const PixelBox& a, const PixelBox& b);
 
 /// World -> eye space (x right, y up, looking along -z).
 Eigen::Matrix4f eye_from_world(const View& view);

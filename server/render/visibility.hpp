@@ -23,10 +23,10 @@ class Visibility {
     [[nodiscard]] GLuint texture() const { return blurred_.id(); }
 
  private:
-    GlProgram eye_, visibility_, blur_;
+    GlProgram eye_, cut_eye_, visibility_, blur_;
     GlVertexArray nothing_;
     GlFramebuffer target_;
-    GlTexture eye_map_, eye_depth_, raw_, blurred_;
+    GlTexture eye_normal_, eye_depth_, raw_, half_blurred_, blurred_;
 };
 
 }  // namespace tetfront
