@@ -42,7 +42,7 @@ describe("first view", () => {
     expect(text).toContain("60 steps/s in real time");
     expect(text).toContain("1 600 tetrahedra 412 vertices");
     expect(text).toContain("3.4 % error estimate tolerance 5 %");
-    expect(text).toMatch(/Level 0 720 Level 1 880 Level 2 0/);
+    expect((await page.innerText(".legend")).replace(/\s+/g, " ")).toContain("0 coarsest 720 1 880 2 finest 0");
     await page.click("[aria-controls=panel]");
     expect(await page.isVisible("#panel")).toBe(false);
   });
@@ -70,14 +70,14 @@ describe("first view", () => {
   it("colours by level and by stiffness, with a legend for each", async () => {
     await pause(page);
     const level = await middle(page);
-    expect(await page.innerText(".legend")).toMatch(/Level of refinement\s+0\s+coarsest\s+1\s+2\s+finest/);
+    expect(await page.innerText(".legend")).toContain("Level of refinement");
     await page.keyboard.press("c");
     await still(page);
     const stiffness = await middle(page, "stiffness");
     expect(difference(level, stiffness)).toBeGreaterThan(0.2);
     const legend = (await page.innerText(".legend")).replace(/\s+/g, " ");
     expect(legend).toContain("Young’s modulus 100 kPa 1 MPa 10 MPa soft log scale stiff");
-    await page.keyboard.press("c");
+    for (let i = 0; i < 5; ++i) await page.keyboard.press("c"); // once around
     await still(page);
     expect(difference(level, await middle(page))).toBe(0);
   });

@@ -31,6 +31,8 @@ export function ball(detail) {
 /** Edges of a grid of cells, each cut into six tetrahedra; when `fine`, the half x > 0 has cells of half the size. */
 export function frontGrid(fine) {
   const vertices = [];
+  const tets = [];
+  const tetLevels = [];
   const known = new Map();
   const edges = new Map();
   const vertex = (p) => {
@@ -52,6 +54,8 @@ export function frontGrid(fine) {
         corner[axis] += size;
         path.push(vertex(corner));
       }
+      tets.push(...path);
+      tetLevels.push(level);
       for (let i = 0; i < 4; ++i)
         for (let j = i + 1; j < 4; ++j) edges.set(`${Math.min(path[i], path[j])} ${Math.max(path[i], path[j])}`, level);
     }
@@ -68,5 +72,7 @@ export function frontGrid(fine) {
     vertices: Float64Array.from(vertices), // [N][3]
     edges: Uint32Array.from([...edges.keys()].flatMap((key) => key.split(" ").map(Number))),
     levels: Uint8Array.from(edges.values()),
+    tets: Uint32Array.from(tets), // [T][4]
+    tetLevels: Uint8Array.from(tetLevels),
   };
 }

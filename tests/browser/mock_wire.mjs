@@ -26,10 +26,16 @@ export function encodeTopology(simulation) {
   const { generation, epoch, front, time } = simulation;
   const levels = simulation.surfaceLevels();
   const counts = [levels.length, front.levels.length, front.vertices.length / 3];
-  return message(2, { generation, epoch, time }, counts, [front.edges, levels, front.levels]);
+  return message(2, { generation, epoch, time }, counts, [
+    ...[front.edges, levels, front.levels],
+    ...[Uint32Array.of(front.tetLevels.length), front.tets, front.tetLevels],
+  ]);
 }
 
-export function encodeFrame(simulation) {
+const FIELDS = { displacement: 1, strain: 2, stress: 3, error: 4 };
+
+/** colouring: of the client; the last four make it a coloured frame. */
+export function encodeFrame(simulation, colouring = "level") {
   const surface = simulation.positions();
   const front = simulation.frontPositions();
   const low = [Infinity, Infinity, Infinity];
@@ -43,10 +49,18 @@ export function encodeFrame(simulation) {
   const pack = (points) =>
     Uint16Array.from(points, (x, i) => (extent[i % 3] > 0 ? ((x - low[i % 3]) / extent[i % 3]) * 65535 + 0.5 : 0));
   const pulls = [...simulation.pulls.values()].flatMap(({ from, target, force }) => [...from, ...target, force]);
-  return message(
-    3,
-    simulation,
-    [surface.length / 3, front.length / 3, pulls.length / 7],
-    [Float32Array.from([...low, ...extent]), pack(surface), pack(front), Float32Array.from(pulls)],
-  );
+  const parts = [Float32Array.from([...low, ...extent]), pack(surface), pack(front), Float32Array.from(pulls)];
+  const counts = [surface.length / 3, front.length / 3, pulls.length / 7];
+  if (!(colouring in FIELDS)) return message(3, simulation, counts, parts);
+  const values = simulation.values(colouring, surface);
+  const sorted = Float64Array.from(values).sort();
+  const most = sorted.at(-1);
+  const typical = sorted[Math.floor(0.98 * (sorted.length - 1))];
+  const packed = Uint16Array.from(values, (x) => (most > 0 ? (x / most) * 65535 + 0.5 : 0));
+  return message(4, simulation, counts, [
+    ...parts,
+    Uint32Array.of(FIELDS[colouring]),
+    Float32Array.of(most, typical),
+    packed,
+  ]);
 }

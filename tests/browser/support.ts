@@ -17,6 +17,8 @@ declare global {
       positions(): Float32Array | null;
       frame(): Frame | null;
       redraws(): number;
+      memory(): { geometries: number; textures: number; programs: number };
+      moments(): number;
     };
   }
 }

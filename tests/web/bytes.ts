@@ -35,12 +35,14 @@ export function message(header: Header, ...parts: ArrayBufferView[]): ArrayBuffe
 export const model = (generation = 1): ArrayBuffer =>
   message({ type: 1, generation, counts: [3, 1, 0] }, Uint32Array.of(0, 1, 2), Float32Array.of(1e5, 2e5, 3e5));
 
-/** Two front vertices and the edge between them. */
+/** Two front vertices, the edge between them and a flat tet of them. */
 export const topology = (epoch: number, generation = 1): ArrayBuffer =>
   message(
     { type: 2, generation, epoch, counts: [3, 1, 2] },
     Uint32Array.of(0, 1),
     Uint8Array.of(0, 1, 2),
+    Uint8Array.of(1),
+    Uint32Array.of(1, 0, 1, 1, 0),
     Uint8Array.of(1),
   );
 
@@ -55,4 +57,16 @@ export const frame = (
     Uint16Array.of(0, 0, 0, 65535, 0, 0, 0, 65535, 0),
     Uint16Array.of(0, 0, 0, 65535, 65535, 0),
     Float32Array.from(pulls),
+  );
+
+/** The frame of epoch 1, with values of the field with this number. */
+export const colouredFrame = (field: number, high: number, typical: number, values: number[]): ArrayBuffer =>
+  message(
+    { type: 4, epoch: 1, counts: [3, 2, 0] },
+    Float32Array.of(0, 0, 0, 1, 1, 0),
+    Uint16Array.of(0, 0, 0, 65535, 0, 0, 0, 65535, 0),
+    Uint16Array.of(0, 0, 0, 65535, 65535, 0),
+    Uint32Array.of(field),
+    Float32Array.of(high, typical),
+    Uint16Array.from(values),
   );

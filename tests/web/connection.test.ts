@@ -4,7 +4,7 @@ import { Connection } from "../../web/src/connection";
 import type { Port } from "../../web/src/connection";
 import type { LinkEvent } from "../../web/src/link";
 import { decodeBinary } from "../../web/src/protocol";
-import type { Hello } from "../../web/src/protocol";
+import type { Hello, Settings } from "../../web/src/messages";
 import { initialState, isOpen, Store } from "../../web/src/store";
 import type { WorkerRequest } from "../../web/src/worker";
 import { frame } from "./bytes";
@@ -12,7 +12,7 @@ import { frame } from "./bytes";
 let store: Store;
 let port: Port & { requests: WorkerRequest[] };
 let connection: Connection;
-const events = { binary: vi.fn(), refused: vi.fn(), interrupted: vi.fn() };
+const events = { binary: vi.fn(), refused: vi.fn(), interrupted: vi.fn(), told: vi.fn() };
 const emit = (event: LinkEvent) => port.onmessage?.({ data: event } as MessageEvent<LinkEvent>);
 const hello = (name: string, playing = true) =>
   emit({
@@ -102,5 +102,41 @@ describe("Store.watch", () => {
     stop();
     store.set({ wireframe: false });
     expect(seen).toEqual([false, true]);
+  });
+
+  it("hands answers to who asked, and null when there is none", async () => {
+    const scenes = connection.request({ command: "scenes" });
+    emit({ kind: "text", message: { type: "ok", id: 1, scenes: [{ name: "box", title: "Box" }] } });
+    expect((await scenes)?.scenes).toEqual([{ name: "box", title: "Box" }]);
+    const load = connection.request({ command: "load", scene: "nothing" });
+    emit({
+      kind: "text",
+      message: { type: "error", id: 2, code: "unknown_name", pointer: "/scene", message: "is not there" },
+    });
+    expect(await load).toBeNull();
+    expect(events.refused).toHaveBeenCalledWith({ command: "load", scene: "nothing" }, "scene is not there");
+    const lost = connection.request({ command: "recordings" });
+    emit({ kind: "link", link: { status: "connecting" } });
+    expect(await lost).toBeNull();
+  });
+
+  it("starts over with another scene, and keeps the scene's own settings to go back to", () => {
+    const settings = (order: number): Settings => ({
+      ...{ type: "settings" as const, order, stiffness_scale: 1, damping: { mass: 0, stiffness: 0 } },
+      ...{ budget: { tets: null, milliseconds: null }, forces: [], pins: [] },
+    });
+    hello("a");
+    emit({ kind: "text", message: settings(2) });
+    emit({ kind: "text", message: settings(1) });
+    expect(store.get()).toMatchObject({ settings: { order: 1 }, initialSettings: { order: 2 } });
+    events.interrupted.mockClear();
+    hello("b");
+    expect(store.get()).toMatchObject({ settings: null, initialSettings: null });
+    expect(events.interrupted).toHaveBeenCalledOnce();
+  });
+
+  it("passes on what all should know", () => {
+    emit({ kind: "text", message: { type: "log", level: "info", message: "Somebody opened the box." } });
+    expect(events.told).toHaveBeenCalledExactlyOnceWith("Somebody opened the box.");
   });
 });

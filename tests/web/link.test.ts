@@ -1,3 +1,4 @@
+import { readFileSync } from "node:fs";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 
 import { backoff, Link, transferOf } from "../../web/src/link";
@@ -10,7 +11,7 @@ class FalseSocket {
   binaryType = "";
   sent: string[] = [];
   onopen: (() => void) | null = null;
-  onclose: (() => void) | null = null;
+  onclose: ((event: { code: number }) => void) | null = null;
   onmessage: ((event: { data: unknown }) => void) | null = null;
   constructor(
     readonly url: string,
@@ -28,9 +29,9 @@ class FalseSocket {
   send(text: string) {
     this.sent.push(text);
   }
-  close() {
+  close(code = 1006) {
     this.readyState = 3;
-    this.onclose?.();
+    this.onclose?.({ code });
   }
 }
 
@@ -188,3 +189,32 @@ const hello = {
   ...{ rest_box: [0, 0, 0, 1, 1, 1], view: {}, gravity: [0, 0, 0], tolerance: 0.1, time_step: 0.01, order: 1 },
   ...{ playing: true, speed: 1, limits: { message_bytes: 65536 } },
 };
+
+describe("what newer servers ask for", () => {
+  const capable = JSON.parse(readFileSync(new URL("../golden/hello_v1.json", import.meta.url), "utf8"));
+  const acknowledged = () =>
+    socket()
+      .sent.map((text) => JSON.parse(text))
+      .filter(({ command }) => command === "ack");
+
+  it.each([
+    [["acknowledge"], [{ command: "ack", frame: 1 }]],
+    [[], []],
+  ])("acknowledges frames that the page has taken when the server has %j", (capabilities, wanted) => {
+    socket().open();
+    socket().receive(JSON.stringify({ ...capable, capabilities }), model(), topology(1), frame(1, { sequence: 1 }));
+    expect(acknowledged()).toEqual([]);
+    link.ready();
+    expect(acknowledged()).toEqual(wanted);
+  });
+
+  it("waits for a token when the server wants one", () => {
+    socket().open();
+    socket().close(4001);
+    expect(links().at(-1)).toBe("locked");
+    vi.advanceTimersByTime(60_000);
+    expect(FalseSocket.all.length).toBe(1);
+    link.connect();
+    expect(FalseSocket.all.length).toBe(2);
+  });
+});

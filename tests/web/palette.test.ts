@@ -1,13 +1,16 @@
 import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 
-import { levelColour, mapColour, PULL, stiffnessAt, stiffnessPosition } from "../../web/src/palette";
+import { levelColour, mapColour, PULL } from "../../web/src/palette";
 import type { Rgb } from "../../web/src/palette";
+import { makeScale } from "../../web/src/scale";
 
 // The renderer of the PNGs is held to the same file.
 const golden = JSON.parse(readFileSync(new URL("../golden/palette.json", import.meta.url), "utf8")) as {
   levels: string[];
   stiffness: string[];
+  field: string[];
+  error: string[];
   pull: string;
   samples: { young: number; range: [number, number]; position: number; colour: number[] }[];
 };
@@ -23,18 +26,19 @@ describe("the palette", () => {
     expect(hex(levelColour(99))).toBe(golden.levels.at(-1));
   });
 
-  it("has the stiffness map's stops and nothing in between", () => {
-    const last = golden.stiffness.length - 1;
-    golden.stiffness.forEach((colour, i) => expect(hex(mapColour(i / last))).toBe(colour));
-    const [a, middle, b] = [0, 0.5 / last, 1 / last].map(mapColour);
+  it.each(["stiffness", "field", "error"] as const)("has the stops of the map %s and nothing in between", (map) => {
+    const last = golden[map].length - 1;
+    golden[map].forEach((colour, i) => expect(hex(mapColour(i / last, map))).toBe(colour));
+    const [a, middle, b] = [0, 0.5 / last, 1 / last].map((t) => mapColour(t, map));
     middle.forEach((x, i) => expect(x).toBeCloseTo((a[i] + b[i]) / 2, 6));
   });
 
   it("has the pull's colour", () => expect(PULL).toBe(golden.pull));
 
   it.each(golden.samples)("colours $young Pa within $range", ({ young, range, position, colour }) => {
-    expect(stiffnessPosition(young, range)).toBeCloseTo(position, 5);
-    bytes(mapColour(stiffnessPosition(young, range))).forEach((x, i) =>
+    const scale = makeScale("stiffness", range);
+    expect(scale.position(young)).toBeCloseTo(position, 5);
+    bytes(mapColour(scale.position(young), "stiffness")).forEach((x, i) =>
       expect(Math.abs(x - colour[i])).toBeLessThanOrEqual(1),
     );
   });
@@ -43,7 +47,7 @@ describe("the palette", () => {
     [1e4, 1e6],
     [1e5, 9e5],
   ] as const)("labels the legend by the inverse, %d to %d Pa", (low, high) => {
-    for (const t of [0, 0.3, 0.5, 1])
-      expect(stiffnessPosition(stiffnessAt(t, [low, high]), [low, high])).toBeCloseTo(t, 9);
+    const scale = makeScale("stiffness", [low, high]);
+    for (const t of [0, 0.3, 0.5, 1]) expect(scale.position(scale.valueAt(t))).toBeCloseTo(t, 9);
   });
 });

@@ -1,12 +1,11 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 
 import { makeActions, SPEEDS } from "../../web/src/actions";
-import { count, duration, percent, quantity, significant } from "../../web/src/format";
+import { count, duration, percent, quantity, quantityOfLength, significant } from "../../web/src/format";
 import { bindings, findBinding } from "../../web/src/keys";
 import { troubleOf } from "../../web/src/panels/banner";
 import { throttle } from "../../web/src/panels/dom";
-import { quantityOfLength } from "../../web/src/panels/legend";
-import type { SimulationState } from "../../web/src/protocol";
+import type { SimulationState } from "../../web/src/messages";
 import { initialState, Store } from "../../web/src/store";
 import type { CameraRig } from "../../web/src/viewer/camera";
 
@@ -35,7 +34,9 @@ describe("keys", () => {
   const send = vi.fn();
   const rig = { goHome: vi.fn(), nudge: vi.fn() } as unknown as CameraRig;
   const store = new Store({ ...initialState });
-  const table = bindings(makeActions(store, send, rig), () => undefined);
+  const act = vi.fn();
+  const page = { help: vi.fn(), plots: vi.fn(), scenes: vi.fn(), snapshot: vi.fn() };
+  const table = bindings(makeActions(store, send, rig, { act }), page);
   const press = (key: string, modifiers = {}) => {
     const none = { shiftKey: false, ctrlKey: false, metaKey: false, altKey: false };
     return findBinding(table, { key, ...none, ...modifiers });
@@ -54,6 +55,9 @@ describe("keys", () => {
     expect(press("R", { shiftKey: true })?.what).toMatch(/Reset/);
     expect(press("?", { shiftKey: true })?.what).toMatch(/sheet/);
     expect(press("ArrowRight", { shiftKey: true })?.what).toMatch(/Orbit/);
+    expect(press("S", { shiftKey: true })?.what).toMatch(/canvas/);
+    expect(press("s")?.what).toMatch(/server/);
+    expect(press("ArrowLeft")).toBeUndefined();
   });
 
   it("play or pause, by what the server says", () => {

@@ -1,8 +1,9 @@
 import { existsSync, readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 
-import { decodeBinary, encodeCommand, parseText, ProtocolError, unpack } from "../../web/src/protocol";
-import { frame, message, model, topology } from "./bytes";
+import { encodeCommand, parseText, ProtocolError } from "../../web/src/messages";
+import { decodeBinary, unpack } from "../../web/src/protocol";
+import { colouredFrame, frame, message, model, topology } from "./bytes";
 
 const golden = new URL("../golden/", import.meta.url);
 const read = (name: string): ArrayBuffer => {
@@ -26,6 +27,8 @@ describe("decodeBinary", () => {
     expect([...decoded.edges]).toEqual([0, 1]);
     expect([...decoded.surfaceLevel]).toEqual([0, 1, 2]);
     expect([...decoded.edgeLevel]).toEqual([1]);
+    expect([...decoded.tets]).toEqual([0, 1, 1, 0]);
+    expect([...decoded.tetLevel]).toEqual([1]);
   });
 
   it("reads a frame with pulls", () => {
@@ -38,6 +41,21 @@ describe("decodeBinary", () => {
     expect([...positions]).toEqual([2, 0, 0, 3, 0, 0, 2, 1, 0]);
   });
 
+  it("reads a topology of a server that sends no tets", () => {
+    const bytes = topology(9);
+    const decoded = decodeBinary(bytes.slice(0, bytes.byteLength - 24));
+    if (decoded.kind !== "topology") throw new Error();
+    expect(decoded.tetLevel.length).toBe(0);
+  });
+
+  it("reads a coloured frame", () => {
+    const decoded = decodeBinary(colouredFrame(3, 20, 10, [0, 65535, 32768]));
+    if (decoded.kind !== "frame") throw new Error();
+    expect(decoded.values).toMatchObject({ field: "stress", high: 20, typical: 10 });
+    expect([...decoded.values!.packed]).toEqual([0, 65535, 32768]);
+    expect(() => decodeBinary(colouredFrame(9, 1, 1, [0, 0, 0]))).toThrow(ProtocolError);
+  });
+
   it.each([
     ["shorter than its header", new ArrayBuffer(31)],
     ["a newer version", message({ version: 2, counts: [0, 0, 0] })],
@@ -48,6 +66,10 @@ describe("decodeBinary", () => {
     [
       "a triangle without its vertex",
       message({ type: 1, counts: [1, 1, 0] }, Uint32Array.of(0, 0, 1), Float32Array.of(1)),
+    ],
+    [
+      "a tet without its vertex",
+      message({ type: 2, counts: [0, 0, 1] }, Uint32Array.of(1, 0, 0, 0, 1), Uint8Array.of(0)),
     ],
     ["an edge without its vertex", message({ type: 2, counts: [0, 1, 1] }, Uint32Array.of(0, 1), Uint8Array.of(0))],
   ])("refuses %s", (_, bytes) => expect(() => decodeBinary(bytes)).toThrow(ProtocolError));

@@ -1,9 +1,11 @@
 // What a user can do, once: buttons and keys share it.
 
-import type { Command } from "./protocol";
-import { isPlaying, speedOf } from "./store";
-import type { Store } from "./store";
+import type { Command } from "./messages";
+import { COLOURINGS, isField } from "./scale";
+import { can, isPlaying, speedOf } from "./store";
+import type { State, Store } from "./store";
 import type { CameraRig } from "./viewer/camera";
+import type { PinHand } from "./viewer/pins";
 
 /** Simulated seconds per real second that the toolbar offers. */
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4] as const;
@@ -17,21 +19,43 @@ export interface Actions {
   faster(direction: 1 | -1): void;
   nextColouring(): void;
   toggleWireframe(): void;
+  toggleTets(): void;
+  toggleCut(): void;
   toggleTheme(): void;
   home(): void;
   orbit(azimuth: number, polar: number): void;
   zoom(factor: number): void;
+  pin(hold?: boolean): void;
+  removeForce(): void;
+  toggleRecording(): void;
+  live(): void;
 }
 
-export function makeActions(store: Store, send: (command: Command) => void, rig: CameraRig): Actions {
+/** The colourings that this server has values for. */
+export const colourings = (state: Readonly<State>) =>
+  COLOURINGS.filter(({ value }) => !isField(value) || can(state, "colouring"));
+
+export function makeActions(
+  store: Store,
+  send: (command: Command) => void,
+  rig: CameraRig,
+  pins: Pick<PinHand, "act">,
+): Actions {
   const speed = (value: number) => send({ command: "speed", value });
   return {
-    togglePlay: () => send({ command: isPlaying(store.get()) ? "pause" : "play" }),
+    togglePlay: () => {
+      store.set({ scrub: null });
+      send({ command: isPlaying(store.get()) ? "pause" : "play" });
+    },
     step: () => {
+      store.set({ scrub: null });
       if (isPlaying(store.get())) send({ command: "pause" });
       send({ command: "step", count: 1 });
     },
-    reset: () => send({ command: "reset" }),
+    reset: () => {
+      store.set({ scrub: null });
+      send({ command: "reset" });
+    },
     speed,
     faster: (direction) => {
       const now = speedOf(store.get());
@@ -39,11 +63,30 @@ export function makeActions(store: Store, send: (command: Command) => void, rig:
         direction > 0 ? SPEEDS.find((s) => s > 1.001 * now) : [...SPEEDS].reverse().find((s) => s < 0.999 * now);
       if (next !== undefined) speed(next);
     },
-    nextColouring: () => store.set({ colouring: store.get().colouring === "level" ? "stiffness" : "level" }),
+    nextColouring: () => {
+      const offered = colourings(store.get());
+      const now = offered.findIndex(({ value }) => value === store.get().colouring);
+      store.set({ colouring: offered[(now + 1) % offered.length].value, shape: "surface" });
+    },
     toggleWireframe: () => store.set({ wireframe: !store.get().wireframe }),
+    toggleTets: () => store.set({ shape: store.get().shape === "tets" ? "surface" : "tets" }),
+    toggleCut: () => store.set({ cut: store.get().cut ? null : { axis: 0, at: 0.5, flip: false } }),
     toggleTheme: () => store.set({ dark: !store.get().dark }),
     home: () => rig.goHome(),
     orbit: (azimuth, polar) => rig.nudge(azimuth * ORBIT, polar * ORBIT),
     zoom: (factor) => rig.nudge(0, 0, factor),
+    pin: (hold) => pins.act(hold),
+    removeForce: () => {
+      const { selectedForce: force } = store.get();
+      if (force === null) return;
+      send({ command: "force_remove", force });
+      store.set({ selectedForce: null });
+    },
+    toggleRecording: () => {
+      if (!can(store.get(), "record")) return;
+      if (store.get().recording?.active) send({ command: "record_stop" });
+      else send({ command: "record_start", colouring: store.get().colouring });
+    },
+    live: () => store.set({ scrub: null }),
   };
 }

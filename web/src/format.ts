@@ -35,3 +35,12 @@ export function duration(seconds: number): string {
   if (seconds < 60) return `${seconds.toFixed(2)} s`;
   return `${Math.floor(seconds / 60)} min ${(seconds % 60).toFixed(1)} s`;
 }
+
+/** 0.002 -> 2 mm, 0.05 -> 5 cm, 2 -> 2 m */
+export function quantityOfLength(metres: number): string {
+  if (metres < 0.0099) return quantity(1000 * metres, "mm");
+  return metres < 0.99 ? quantity(100 * metres, "cm") : quantity(metres, "m");
+}
+
+/** 1234567 -> "1.23 MB" */
+export const bytes = (size: number): string => quantity(size, "B");

@@ -9,7 +9,15 @@ export interface Binding {
   run: () => void;
 }
 
-export function bindings(actions: Actions, help: () => void): Binding[] {
+/** What belongs to the page rather than to the simulation. */
+export interface PageActions {
+  help: () => void;
+  plots: () => void;
+  scenes: () => void;
+  snapshot: (source: "server" | "canvas") => void;
+}
+
+export function bindings(actions: Actions, page: PageActions): Binding[] {
   return [
     { keys: [" "], label: "Space", what: "Play or pause", run: actions.togglePlay },
     { keys: ["arrowright"], label: "→", what: "One step (pauses)", run: actions.step },
@@ -18,6 +26,22 @@ export function bindings(actions: Actions, help: () => void): Binding[] {
     { keys: ["-"], label: "−", what: "Slower", run: () => actions.faster(-1) },
     { keys: ["c"], label: "C", what: "Next colouring", run: actions.nextColouring },
     { keys: ["w"], label: "W", what: "Wireframe of the front", run: actions.toggleWireframe },
+    { keys: ["e"], label: "E", what: "Surface, or solid tets of the front", run: actions.toggleTets },
+    { keys: ["x"], label: "X", what: "Cut open, or whole", run: actions.toggleCut },
+    { keys: ["p"], label: "P", what: "Pin what is under the pointer, or let it go", run: () => actions.pin() },
+    {
+      keys: ["shift+p"],
+      label: "Shift P",
+      what: "Let it go, also what the scene has pinned",
+      run: () => actions.pin(false),
+    },
+    { keys: ["delete", "backspace"], label: "Delete", what: "Remove the selected force", run: actions.removeForce },
+    { keys: ["s"], label: "S", what: "Picture, drawn by the server", run: () => page.snapshot("server") },
+    { keys: ["shift+s"], label: "Shift S", what: "Picture of this canvas", run: () => page.snapshot("canvas") },
+    { keys: ["v"], label: "V", what: "Start or end a recording", run: actions.toggleRecording },
+    { keys: ["l"], label: "L", what: "Back to the present", run: actions.live },
+    { keys: ["o"], label: "O", what: "Open another scene", run: page.scenes },
+    { keys: ["g"], label: "G", what: "Plots", run: page.plots },
     { keys: ["f"], label: "F", what: "Whole object in view", run: actions.home },
     { keys: ["t"], label: "T", what: "Light or dark", run: actions.toggleTheme },
     { keys: ["shift+arrowleft"], label: "Shift ←", what: "Orbit left", run: () => actions.orbit(-1, 0) },
@@ -26,13 +50,17 @@ export function bindings(actions: Actions, help: () => void): Binding[] {
     { keys: ["shift+arrowdown"], label: "Shift ↓", what: "Orbit down", run: () => actions.orbit(0, 1) },
     { keys: ["pageup"], label: "Page up", what: "Nearer", run: () => actions.zoom(1 / 1.15) },
     { keys: ["pagedown"], label: "Page down", what: "Farther", run: () => actions.zoom(1.15) },
-    { keys: ["?", "h"], label: "?", what: "This sheet", run: help },
+    { keys: ["?", "h"], label: "?", what: "This sheet", run: page.help },
   ];
 }
+
+/** Keys that act again while they are held. */
+const REPEATS = ["arrowleft", "arrowright", "arrowup", "arrowdown", "pageup", "pagedown", "+", "=", "-"];
 
 /** The hands' part of the help sheet. */
 export const GESTURES = [
   ["Drag the object", "Pull it"],
+  ["Shift-drag the object", "A force that stays; drag its arrow's head to change it"],
   ["Drag beside it, or right drag", "Orbit"],
   ["Wheel, or two fingers", "Zoom"],
   ["Middle drag, or two fingers", "Move the view"],
@@ -45,9 +73,10 @@ export function findBinding(
 ): Binding | undefined {
   if (event.ctrlKey || event.metaKey || event.altKey) return undefined;
   const key = event.key.toLowerCase();
-  // Shift is part of typing "?" or "+", but means something else with an arrow.
-  const name = event.shiftKey && key.startsWith("arrow") ? `shift+${key}` : key;
-  return table.find((binding) => binding.keys.includes(name));
+  // Shift is part of typing "?" or "+", but means something else with an arrow and where a key has a second meaning.
+  const shifted = event.shiftKey ? table.find((binding) => binding.keys.includes(`shift+${key}`)) : undefined;
+  if (shifted || (event.shiftKey && key.startsWith("arrow"))) return shifted;
+  return table.find((binding) => binding.keys.includes(key));
 }
 
 /** Keys typed into a field, or that press the focused button, are not shortcuts. */
@@ -66,7 +95,7 @@ export function listen(table: readonly Binding[]): void {
   document.addEventListener("keydown", (event) => {
     if (isTyping(event.target, event.key)) return;
     const binding = findBinding(table, event);
-    if (!binding || (event.repeat && [" ", "r", "c", "w", "t", "?", "h"].includes(event.key.toLowerCase()))) return;
+    if (!binding || (event.repeat && !REPEATS.includes(event.key.toLowerCase()))) return;
     event.preventDefault();
     binding.run();
   });

@@ -5,14 +5,17 @@
 // `ready()`. Everything else is handed on at once and in order. A frame is dropped when a topology of another epoch or a
 // model of another generation has passed since.
 
-import { decodeBinary, encodeCommand, parseText, ProtocolError, SUBPROTOCOL } from "./protocol";
-import type { BinaryMessage, Command, Frame, TextMessage } from "./protocol";
+import { encodeAcknowledgement, encodeCommand, parseText, ProtocolError, SUBPROTOCOL } from "./messages";
+import { decodeBinary } from "./protocol";
+import type { Command, TextMessage } from "./messages";
+import type { BinaryMessage, Frame } from "./protocol";
 
 /** What the page is told about the connection. */
 export type LinkState =
   | { status: "connecting" }
   | { status: "open" }
   | { status: "waiting"; until: number /* Date.now() of the next attempt */; attempt: number }
+  | { status: "locked" } // the server wants a token
   | { status: "incompatible"; reason: string };
 
 export type LinkEvent =
@@ -26,6 +29,7 @@ export interface LinkOptions {
   open?: (url: string, protocol: string) => WebSocket;
 }
 
+const LOCKED = 4001; // the close code of a server that wants a token
 const CONNECT_TIMEOUT = 8000; // [ms]
 
 /** [ms] before attempt 1, 2, ...: short at first, as a restarted server is back within a second; never above 10 s. */
@@ -42,6 +46,8 @@ export class Link {
   private frame: Frame | null = null;
   private wanted = true; // the page has shown the last frame that it got
   private dropped = 0;
+  private acknowledges = false; // the server asks for it
+  private shown = -1; // sequence of the frame that the page has or is about to show
 
   constructor(private readonly options: LinkOptions) {}
 
@@ -57,14 +63,18 @@ export class Link {
     this.generation = this.epoch = -1;
     this.frame = null;
     this.wanted = true;
+    this.acknowledges = false;
+    this.shown = -1;
     this.timer = setTimeout(() => socket.close(), CONNECT_TIMEOUT);
     socket.onopen = () => {
       clearTimeout(this.timer);
       this.options.emit({ kind: "link", link: { status: "open" } });
     };
     socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => this.receive(event.data);
-    socket.onclose = () => {
-      if (this.socket === socket) this.lost();
+    socket.onclose = (event) => {
+      if (this.socket !== socket) return;
+      if (event.code === LOCKED) this.lock();
+      else this.lost();
     };
   }
 
@@ -78,6 +88,8 @@ export class Link {
   /** The page has taken the last frame. */
   ready(): void {
     this.wanted = true;
+    if (this.acknowledges && this.shown >= 0 && this.socket?.readyState === 1)
+      this.socket.send(encodeAcknowledgement(this.shown));
     this.passFrame();
   }
 
@@ -94,7 +106,10 @@ export class Link {
   private receiveText(text: string): void {
     const message = parseText(text);
     if (!message) return;
-    if (message.type === "hello") this.attempt = 0;
+    if (message.type === "hello") {
+      this.attempt = 0;
+      this.acknowledges = message.capabilities?.includes("acknowledge") ?? false;
+    }
     this.options.emit({ kind: "text", message });
   }
 
@@ -136,6 +151,7 @@ export class Link {
     this.frame = null;
     this.wanted = false;
     this.dropped = 0;
+    this.shown = frame.sequence;
     this.options.emit({ kind: "binary", message: frame, dropped });
   }
 
@@ -145,6 +161,13 @@ export class Link {
     const wait = backoff(++this.attempt);
     this.options.emit({ kind: "link", link: { status: "waiting", until: Date.now() + wait, attempt: this.attempt } });
     this.timer = setTimeout(() => this.connect(), wait);
+  }
+
+  /** Without a token another attempt would end in the same way. */
+  private lock(): void {
+    this.socket = null;
+    clearTimeout(this.timer);
+    this.options.emit({ kind: "link", link: { status: "locked" } });
   }
 
   /** A server that breaks the protocol will do so again: no further attempt without the user. */

@@ -1,20 +1,16 @@
-// Puts the parts together: worker <-> connection -> store -> viewer and panels.
+// Puts the parts together: worker <-> connection -> store -> viewer and page.
 
-import "./styles.css";
+import "./styles/index.css";
 
-import { makeActions } from "./actions";
 import { Connection } from "./connection";
-import { bindings, listen } from "./keys";
-import { banner, pill } from "./panels/banner";
-import { byId, h, iconButton } from "./panels/dom";
-import { helpSheet } from "./panels/help";
-import { legend } from "./panels/legend";
-import { settings } from "./panels/settings";
-import { status } from "./panels/status";
+import type { Colouring, Command } from "./messages";
+import { buildPage } from "./page";
+import { byId } from "./panels/dom";
 import { Toasts } from "./panels/toasts";
-import { toolbar } from "./panels/toolbar";
-import type { BinaryMessage, Command } from "./protocol";
-import { initialState, Store } from "./store";
+import type { BinaryMessage } from "./protocol";
+import { fromFragment, toFragment } from "./share";
+import { isField } from "./scale";
+import { can, initialState, isOpen, Store } from "./store";
 import { followTheme } from "./theme";
 import { Viewer } from "./viewer/viewer";
 
@@ -23,18 +19,21 @@ const toasts = new Toasts();
 document.body.append(toasts.element);
 followTheme(store);
 
-const NAMES: Record<Command["command"], string> = {
-  play: "Play",
-  pause: "Pause",
-  reset: "Reset",
-  step: "Step",
-  speed: "Speed",
+/** What a command is called when the server refuses it. */
+const NAMES: Partial<Record<Command["command"], string>> = {
   pull_begin: "Pull",
   pull_move: "Pull",
   pull_end: "Pull",
-  gravity: "Gravity",
-  tolerance: "Tolerance",
+  force_add: "Force",
+  force_move: "Force",
+  force_remove: "Force",
+  stiffness_scale: "Stiffness scale",
+  load: "Opening the scene",
+  scenes: "Scenes",
+  record_start: "Recording",
+  record_stop: "Recording",
 };
+const nameOf = ({ command }: Command): string => NAMES[command] ?? command.charAt(0).toUpperCase() + command.slice(1);
 
 const canvas = byId<HTMLCanvasElement>("view");
 let connection: Connection | undefined;
@@ -61,67 +60,23 @@ function start(viewer: Viewer): void {
   worker.onerror = (event) => toasts.show(`The connection's worker failed: ${event.message}`);
   connection = new Connection(worker, store, {
     binary: (message: BinaryMessage) => viewer.receive(message),
-    refused: (command, message) => toasts.show(command ? `${NAMES[command.command]}: ${message}` : message),
+    refused: (command, message) => toasts.show(command ? `${nameOf(command)}: ${message}` : message),
     interrupted: () => viewer.interrupted(),
+    told: (message) => toasts.show(message, "info"),
   });
-
-  const actions = makeActions(store, send, viewer.rig);
-  const help = helpSheet(() => table);
-  const table = bindings(actions, help.toggle);
-  listen(table);
-
-  const panel = h(
-    "aside",
-    { className: "card panel", id: "panel", attributes: { "aria-label": "Numbers and settings" } },
-    status(store),
-    settings(store, send),
-  );
-  const panelButton = iconButton("panel", "Numbers and settings", "button", () => showPanel(panel.hidden));
-  panelButton.setAttribute("aria-controls", "panel");
-  const showPanel = (visible: boolean) => {
-    panel.hidden = !visible;
-    panelButton.setAttribute("aria-expanded", String(visible));
-    cover();
-  };
-  // In a narrow window the panel is a sheet over the picture; elsewhere the picture makes room for it.
-  const isWide = () => innerWidth >= 720;
-  const cover = () => viewer.cover({ top: 58, bottom: 66, right: isWide() && !panel.hidden ? 284 : 0 });
-  addEventListener("resize", cover);
-  showPanel(isWide());
-
-  const title = h("h1");
-  store.watch(
-    (s) => s.hello,
-    (hello) => {
-      title.textContent = title.title = hello ? hello.scene.title || hello.scene.name : "tetfront";
-      document.title = hello ? `${hello.scene.title || hello.scene.name} · tetfront` : "tetfront";
-    },
-  );
-  store.watch(
-    (s) => s.link.status === "open",
-    (open) => canvas.classList.toggle("stale", !open),
-  );
-
-  byId("chrome").append(
-    h("header", { className: "card heading" }, title, pill(store)),
-    banner(store, { retry: () => connection?.connect(), reload: () => location.reload() }),
-    h(
-      "nav",
-      { className: "card corner", attributes: { "aria-label": "Page" } },
-      iconButton("home", "Whole object in view", "F", actions.home),
-      iconButton("theme", "Light or dark", "T", actions.toggleTheme),
-      iconButton("help", "Keys and gestures", "?", help.toggle),
-      panelButton,
-    ),
-    panel,
-    legend(store, () => viewer.gridSpacing),
-    toolbar(store, actions),
-  );
-  document.body.append(help.element);
-  // A button that was clicked would take the next Space for itself.
-  byId("chrome").addEventListener("click", (event) => {
-    if (event.detail > 0) (event.target as Element).closest("button")?.blur();
+  const link = connection;
+  buildPage({
+    store,
+    viewer,
+    canvas,
+    toasts,
+    send,
+    request: (command) => link.request(command),
+    retry: () => link.connect(),
   });
+  shareByAddress(viewer);
+
+  askForValues();
 
   const address = new URL("ws", document.baseURI);
   address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
@@ -134,6 +89,53 @@ function start(viewer: Viewer): void {
       positions: () => viewer.positions?.slice() ?? null,
       frame: () => viewer.frame,
       redraws: () => viewer.redraws,
+      memory: () => viewer.memory,
+      moments: () => viewer.history.length,
     },
   });
+}
+
+/** The server sends values only of the field that this page shows; to a new client, none. */
+function askForValues(): void {
+  let asked: Colouring = "level";
+  const ask = () => {
+    const { colouring } = store.get();
+    const wanted = isField(colouring) ? colouring : "level";
+    if (!can(store.get(), "colouring") || wanted === asked) return;
+    asked = wanted;
+    send({ command: "colouring", value: wanted });
+  };
+  store.watch(
+    (s) => s.link.status,
+    () => (asked = "level"),
+  );
+  store.watch((s) => s.colouring, ask);
+  store.watch((s) => can(s, "colouring"), ask);
+}
+
+function shareByAddress(viewer: Viewer): void {
+  const shared = fromFragment(location.hash);
+  let taken = false;
+  // Once, when the first scene is there; commands that the scene does not take are refused with a message.
+  store.watch(isOpen, (open) => {
+    const { hello } = store.get();
+    if (!open || !hello || taken) return;
+    taken = true;
+    store.set(shared.view);
+    if (shared.scene !== hello.scene.name) return;
+    if (shared.camera) viewer.rig.place(shared.camera.eye, shared.camera.target);
+    shared.commands.forEach(send);
+  });
+  let timer: ReturnType<typeof setTimeout> | undefined;
+  const write = () => {
+    timer = undefined;
+    if (!taken || !isOpen(store.get())) return;
+    const fragment = toFragment(store.get(), viewer.rig.moved);
+    const wanted = location.pathname + location.search + (fragment ? `#${fragment}` : "");
+    if (wanted !== location.pathname + location.search + location.hash) history.replaceState(null, "", wanted);
+  };
+  const soon = () => (timer ??= setTimeout(write, 500));
+  store.watch((s) => s, soon);
+  canvas.addEventListener("pointerup", soon);
+  canvas.addEventListener("wheel", soon, { passive: true });
 }

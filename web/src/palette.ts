@@ -3,50 +3,44 @@
 
 export type Rgb = readonly [number, number, number];
 
-/** Level of refinement, 0 = coarsest. Levels beyond the last colour repeat it. */
-const LEVELS: readonly string[] = ["#5b3bb3", "#2382cb", "#10b9b5", "#72d97c", "#d3e048", "#fde77c", "#fff6d0"];
+const rgb = (hex: string): Rgb => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255) as unknown as Rgb;
 
-/** Young's modulus, soft to stiff: perceptually uniform, light to dark. */
-const STIFFNESS: readonly string[] = [
-  ...["#f9ea92", "#fadd6d", "#fbc952", "#f8ad32", "#f18a19"],
-  ...["#e66003", "#cc361e", "#a51e21", "#75151e"],
-];
+/** Level of refinement, 0 = coarsest. Levels beyond the last colour repeat it. */
+const LEVELS = ["#5b3bb3", "#2382cb", "#10b9b5", "#72d97c", "#d3e048", "#fde77c", "#fff6d0"].map(rgb);
+
+/** Perceptually uniform maps, stops at equal distances. */
+export const MAPS = {
+  /** Young's modulus, soft to stiff. */
+  stiffness: [
+    ...["#f9ea92", "#fadd6d", "#fbc952", "#f8ad32", "#f18a19"],
+    ...["#e66003", "#cc361e", "#a51e21", "#75151e"],
+  ].map(rgb),
+  /** Displacement, strain, stress: viridis. */
+  field: [
+    ...["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c"],
+    ...["#28ae80", "#5ec962", "#addc30", "#fde725"],
+  ].map(rgb),
+  /** The error estimate: cividis. */
+  error: [
+    ...["#00224e", "#123570", "#3b496c", "#575d6d", "#707173"],
+    ...["#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838"],
+  ].map(rgb),
+} as const;
+export type MapName = keyof typeof MAPS;
 
 /** A pull's rubber band. */
 export const PULL = "#c2186b";
 
-type Range = readonly [number, number]; // [Pa]
-
-const rgb = (hex: string): Rgb => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255) as unknown as Rgb;
-const levels = LEVELS.map(rgb);
-const stiffness = STIFFNESS.map(rgb);
-
-export const levelColour = (level: number): Rgb => levels[Math.min(level, levels.length - 1)];
+export const levelColour = (level: number): Rgb => LEVELS[Math.min(level, LEVELS.length - 1)];
 
 /** Piecewise linear between the map's stops; t is clamped to 0..1. */
-export function mapColour(t: number): Rgb {
-  const at = Math.min(1, Math.max(0, t)) * (stiffness.length - 1);
-  const i = Math.min(stiffness.length - 2, Math.floor(at));
-  const [a, b] = [stiffness[i], stiffness[i + 1]];
+export function mapColour(t: number, map: MapName): Rgb {
+  const stops = MAPS[map];
+  const at = Math.min(1, Math.max(0, t)) * (stops.length - 1);
+  const i = Math.min(stops.length - 2, Math.floor(at));
+  const [a, b] = [stops[i], stops[i + 1]];
   const f = at - i;
   return [a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1]), a[2] + f * (b[2] - a[2])];
-}
-
-/** Over more than a decade, moduli are told apart on a logarithmic scale only. */
-export const isLogarithmic = ([low, high]: Range): boolean => low > 0 && high > 10 * low;
-
-/** Where a modulus lies in the legend's range, 0..1; the middle when the range has no width. */
-export function stiffnessPosition(young: number, range: Range): number {
-  const [low, high] = range;
-  if (!(high > low)) return 0.5;
-  const t = isLogarithmic(range) ? Math.log(young / low) / Math.log(high / low) : (young - low) / (high - low);
-  return Math.min(1, Math.max(0, t));
-}
-
-/** The modulus at a position of the legend: the inverse. */
-export function stiffnessAt(t: number, range: Range): number {
-  const [low, high] = range;
-  return isLogarithmic(range) ? low * (high / low) ** t : low + t * (high - low);
 }
 
 export const css = ([r, g, b]: Rgb): string =>

@@ -1,150 +1,13 @@
-// tetfront.v1 as bytes and JSON: pure decoding and encoding, no state, no I/O, no imports.
+// tetfront.v1's binary messages: pure decoding, no state, no I/O. messages.ts has the JSON ones.
 // The contract is server/PROTOCOL.md; the golden bytes in tests/golden/ are read by this side and by the C++ side.
 //
 //     const message = decodeBinary(event.data);            // throws ProtocolError
 //     if (message.kind === "frame") unpack(message.surface, message.low, message.extent, positions);
 
-export const SUBPROTOCOL = "tetfront.v1";
-export const PROTOCOL = 1;
+import { ProtocolError } from "./messages";
+import type { FieldColouring, Vec3 } from "./messages";
+
 export const HEADER_BYTES = 32;
-
-export type Vec3 = readonly [number, number, number];
-export type Colouring = "level" | "stiffness";
-
-/** A message that does not follow the protocol; the connection cannot be trusted any more. */
-export class ProtocolError extends Error {
-  override name = "ProtocolError";
-}
-
-// ---------------------------------------------------------------- server to client, JSON
-
-export interface Hello {
-  type: "hello";
-  protocol: number;
-  version: string;
-  scene: { name: string; title: string };
-  up: 0 | 1 | 2;
-  depth: number; // levels are 0..depth
-  young_range: readonly [number, number]; // [Pa]
-  rest_box: readonly number[]; // [m] low xyz, high xyz
-  view: {
-    eye: Vec3;
-    target: Vec3;
-    field_of_view: number /* degrees, vertical */;
-    colouring: Colouring;
-    wireframe: boolean;
-  };
-  gravity: Vec3; // [m/s²]
-  tolerance: number;
-  time_step: number; // [s]
-  order: number;
-  playing: boolean;
-  speed: number; // simulated seconds per real second
-  limits: { message_bytes: number };
-}
-
-export interface SimulationState {
-  type: "state";
-  playing: boolean;
-  speed: number;
-  time: number; // [s]
-  step: number;
-  steps_per_second: number;
-  tets_by_level: readonly number[]; // [depth+1]
-  free_vertices: number;
-  estimate: number; // relative displacement error
-  tolerance: number;
-  gravity: Vec3;
-  milliseconds: number; // last step
-  iterations: number;
-  converged: boolean;
-  viewers: number;
-  warning: string; // "" or one line
-}
-
-export interface Progress {
-  type: "progress";
-  what: string;
-  fraction: number; // 0..1
-  remaining?: number | null; // [s]
-}
-
-export interface Answer {
-  type: "ok";
-  id: number;
-}
-
-export interface Refusal {
-  type: "error";
-  id: number | null;
-  code: string;
-  pointer: string;
-  message: string;
-}
-
-export type TextMessage = Hello | SimulationState | Progress | Answer | Refusal;
-
-const REQUIRED: Record<TextMessage["type"], readonly string[]> = {
-  hello: [
-    ...["protocol", "version", "scene", "up", "depth", "young_range", "rest_box", "view", "gravity", "tolerance"],
-    ...["time_step", "order", "playing", "speed", "limits"],
-  ],
-  state: [
-    ...["playing", "speed", "time", "step", "steps_per_second", "tets_by_level", "free_vertices", "estimate"],
-    ...["tolerance", "gravity", "milliseconds", "iterations", "converged", "viewers", "warning"],
-  ],
-  progress: ["what", "fraction"],
-  ok: ["id"],
-  error: ["id", "code", "message"],
-};
-
-/** Unknown keys are welcome (a newer server), unknown types give null; missing keys throw ProtocolError. */
-export function parseText(text: string): TextMessage | null {
-  let value: unknown;
-  try {
-    value = JSON.parse(text);
-  } catch {
-    throw new ProtocolError(`the server sent text that is not JSON: ${text.slice(0, 60)}`);
-  }
-  if (typeof value !== "object" || value === null || Array.isArray(value))
-    throw new ProtocolError("the server sent JSON that is not an object");
-  const message = value as Record<string, unknown>;
-  const type = message["type"];
-  if (typeof type !== "string") throw new ProtocolError("the server sent a message without a type");
-  if (!Object.hasOwn(REQUIRED, type)) return null;
-  const required = REQUIRED[type as TextMessage["type"]];
-  // The version is read first: a newer hello may well look different.
-  if (type === "hello" && message["protocol"] !== PROTOCOL)
-    throw new ProtocolError(
-      `the server speaks protocol ${String(message["protocol"])}, this page ${PROTOCOL}: reload the page`,
-    );
-  for (const key of required)
-    if (message[key] === undefined) throw new ProtocolError(`the server's "${type}" message lacks "${key}"`);
-  return message as unknown as TextMessage;
-}
-
-// ---------------------------------------------------------------- client to server, JSON
-
-export type Command =
-  | { command: "play" | "pause" | "reset" }
-  | { command: "step"; count?: number } // 1..1000, while paused
-  | { command: "speed"; value: number } // 0.01..10
-  | { command: "pull_begin"; pull: number; triangle: number; barycentric: Vec3; target: Vec3 }
-  | { command: "pull_move"; pull: number; target: Vec3 }
-  | { command: "pull_end"; pull: number }
-  | { command: "gravity"; value: Vec3 } // [m/s²]
-  | { command: "tolerance"; value: number }; // 1e-6..1
-
-/** One text message. JSON has no NaN or infinity, so such a number is refused here, where it was made. */
-export function encodeCommand(id: number, command: Command): string {
-  return JSON.stringify({ id, ...command }, (key, value: unknown) => {
-    if (typeof value === "number" && !Number.isFinite(value))
-      throw new RangeError(`${command.command}: ${key} is not a finite number`);
-    return value;
-  });
-}
-
-// ---------------------------------------------------------------- server to client, binary
 
 interface Header {
   generation: number; // grows by 1 with each model, u16
@@ -165,6 +28,8 @@ export interface Topology extends Header {
   surfaceLevel: Uint8Array; // [S]
   edgeLevel: Uint8Array; // [E]
   frontVertices: number; // N
+  tets: Uint32Array; // [T][4] corners; none where the server has none, as of a recording
+  tetLevel: Uint8Array; // [T]
 }
 
 export interface Frame extends Header {
@@ -174,7 +39,18 @@ export interface Frame extends Header {
   surface: Uint16Array; // [S][3], position = low + extent * u / 65535
   front: Uint16Array; // [N][3]
   pulls: Float32Array; // [P][7] grabbed point xyz, target xyz [m], force [N]
+  values: FrameValues | null;
 }
+
+/** What a coloured frame has in addition. */
+export interface FrameValues {
+  field: FieldColouring;
+  high: number; // the largest value, in the field's unit
+  typical: number; // all but 2 % do not exceed it
+  packed: Uint16Array; // [S], value = high * u / 65535
+}
+
+const FIELDS: readonly FieldColouring[] = ["displacement", "strain", "stress", "error"]; // numbers 1..4 on the wire
 
 export type BinaryMessage = Model | Topology | Frame;
 
@@ -202,17 +78,12 @@ export function decodeBinary(bytes: ArrayBuffer): BinaryMessage {
       checkIndices(message.triangles, a, "triangle");
       break;
     case 2:
-      message = {
-        kind: "topology",
-        ...header,
-        edges: take.u32(2 * b),
-        surfaceLevel: take.u8(a),
-        edgeLevel: take.u8(b),
-        frontVertices: c,
-      };
+      message = { kind: "topology", ...header, frontVertices: c, ...readFront(take, a, b) };
       checkIndices(message.edges, c, "edge");
+      checkIndices(message.tets, c, "tet");
       break;
-    case 3: {
+    case 3:
+    case 4: {
       const box = take.f32(6);
       message = {
         kind: "frame",
@@ -222,6 +93,7 @@ export function decodeBinary(bytes: ArrayBuffer): BinaryMessage {
         surface: take.u16(3 * a),
         front: take.u16(3 * b),
         pulls: take.f32(7 * c),
+        values: view.getUint8(0) === 4 ? readValues(take, a) : null,
       };
       break;
     }
@@ -230,6 +102,20 @@ export function decodeBinary(bytes: ArrayBuffer): BinaryMessage {
   }
   take.finish();
   return message;
+}
+
+function readFront(take: Cursor, surface: number, edgeCount: number) {
+  const [edges, surfaceLevel, edgeLevel] = [take.u32(2 * edgeCount), take.u8(surface), take.u8(edgeCount)];
+  const [count] = take.done ? [0] : take.u32(1);
+  return { edges, surfaceLevel, edgeLevel, tets: take.u32(4 * count), tetLevel: take.u8(count) };
+}
+
+function readValues(take: Cursor, count: number): FrameValues {
+  const [number] = take.u32(1);
+  const field = FIELDS[number - 1] as FieldColouring | undefined;
+  if (!field) throw new ProtocolError(`a frame has values of the unknown field ${number}`);
+  const [high, typical] = take.f32(2);
+  return { field, high, typical, packed: take.u16(count) };
 }
 
 /** out[i] = low + extent * packed[i] / 65535, for positions [n][3]. `out` is at least as long as `packed`. */
@@ -254,6 +140,10 @@ class Cursor {
   u16 = (length: number) => new Uint16Array(this.bytes, this.advance(2 * length), length);
   u32 = (length: number) => new Uint32Array(this.bytes, this.advance(4 * length), length);
   f32 = (length: number) => new Float32Array(this.bytes, this.advance(4 * length), length);
+
+  get done(): boolean {
+    return this.offset === this.bytes.byteLength;
+  }
 
   finish(): void {
     if (this.offset !== this.bytes.byteLength)

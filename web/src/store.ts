@@ -4,28 +4,71 @@
 //     store.set({ wireframe: true });
 
 import type { LinkState } from "./link";
-import type { Colouring, Hello, Progress, SimulationState } from "./protocol";
+import type {
+  Capability,
+  Colouring,
+  FieldColouring,
+  Hello,
+  LinkReport,
+  Progress,
+  RecordingState,
+  Settings,
+  SimulationState,
+} from "./messages";
+import { isField, makeScale } from "./scale";
+import type { Scale } from "./scale";
 
-export interface State {
+export type Shape = "surface" | "tets";
+
+/** A plane that hides what is beyond it, and how far it is through the object. */
+export interface Cut {
+  axis: 0 | 1 | 2;
+  at: number; // 0..1 of the rest box
+  flip: boolean; // hide the lower side
+}
+
+/** What the user sees of the object: none of it concerns the server, but the colouring. */
+export interface View {
+  colouring: Colouring;
+  wireframe: boolean;
+  shape: Shape;
+  explode: number; // 0..1: how far the tets are apart
+  cut: Cut | null;
+}
+
+export interface State extends View {
   link: LinkState;
   hello: Hello | null; // of the current connection; kept while reconnecting, so that the last picture stays
   simulation: SimulationState | null;
+  settings: Settings | null;
+  initialSettings: Settings | null; // the first after a hello: what "reset" goes back to
+  recording: RecordingState | null;
+  linkReport: LinkReport | null;
   progress: Progress | null; // a model is being built
-  colouring: Colouring;
-  wireframe: boolean;
   dark: boolean;
   framesDropped: number; // by this page, since it was loaded
+  fieldRange: { field: FieldColouring; high: number } | null; // where the colours end
+  selectedForce: number | null;
+  scrub: number | null; // [s] simulated time of a past moment that is shown; null: live
 }
 
+export const initialView: View = { colouring: "level", wireframe: false, shape: "surface", explode: 0, cut: null };
+
 export const initialState: State = {
+  ...initialView,
   link: { status: "connecting" },
   hello: null,
   simulation: null,
+  settings: null,
+  initialSettings: null,
+  recording: null,
+  linkReport: null,
   progress: null,
-  colouring: "level",
-  wireframe: false,
   dark: false,
   framesDropped: 0,
+  fieldRange: null,
+  selectedForce: null,
+  scrub: null,
 };
 
 export class Store {
@@ -60,3 +103,18 @@ export const isOpen = (state: Readonly<State>): boolean => state.link.status ===
 export const isPlaying = (state: Readonly<State>): boolean =>
   state.simulation?.playing ?? state.hello?.playing ?? false;
 export const speedOf = (state: Readonly<State>): number => state.simulation?.speed ?? state.hello?.speed ?? 1;
+/** What this server can do beyond pulling. */
+export const can = (state: Readonly<State>, what: Capability): boolean =>
+  isOpen(state) && (state.hello?.capabilities ?? []).includes(what);
+/** Solid tets show their levels whatever the surface would show. */
+export const shownColouring = (state: Readonly<State>): Colouring =>
+  state.shape === "tets" ? "level" : state.colouring;
+
+/** Null for levels, and for a field of which no values have come yet. */
+export function scaleOf(state: Readonly<State>): Scale | null {
+  const { hello, fieldRange } = state;
+  const colouring = shownColouring(state);
+  if (!hello || colouring === "level") return null;
+  if (!isField(colouring)) return makeScale(colouring, hello.young_range);
+  return fieldRange?.field === colouring ? makeScale(colouring, [0, fieldRange.high]) : null;
+}

@@ -1,7 +1,7 @@
 // The socket lives here, on a thread of its own: a page that draws slowly would starve it (see link.ts).
 
 import { Link, transferOf } from "./link";
-import type { Command } from "./protocol";
+import type { Command } from "./messages";
 
 export type WorkerRequest =
   | { kind: "connect"; url?: string } // the first one carries the address

@@ -83,6 +83,8 @@ function linkBanner(state: LinkState, { retry, reload }: BannerActions): HTMLEle
           h("button", { type: "button", onclick: retry }, "Try now"),
         ),
       ];
+    case "locked":
+      return [tokenForm(retry)];
     case "incompatible":
       return [
         h(
@@ -95,18 +97,43 @@ function linkBanner(state: LinkState, { retry, reload }: BannerActions): HTMLEle
   }
 }
 
+/** The token is handed in for a cookie, which also opens snapshots and recordings; it is never part of an address. */
+function tokenForm(retry: () => void): HTMLElement {
+  const input = h("input", {
+    type: "password",
+    autocomplete: "current-password",
+    required: true,
+    attributes: { "aria-label": "Access token" },
+  });
+  const note = h("span", {}, "This server wants a token; whoever started it has it.");
+  const form = h(
+    "form",
+    { className: "card banner" },
+    note,
+    h("span", { className: "field" }, input),
+    h("button", { type: "submit" }, "Enter"),
+  );
+  form.onsubmit = async (event) => {
+    event.preventDefault();
+    const answer = await fetch("session", { headers: { authorization: `Bearer ${input.value}` } }).catch(() => null);
+    if (answer?.ok) retry();
+    else note.textContent = answer?.status === 401 ? "That is not the token." : "The server did not answer.";
+  };
+  return form;
+}
+
 export function pill(store: Store): HTMLElement {
   const element = h("span", { className: "pill" });
   const show = () => {
-    const { link, simulation, hello, progress } = store.get();
+    const { link, simulation, hello, progress, scrub } = store.get();
     const playing = simulation?.playing ?? hello?.playing;
     const [kind, text] =
       link.status !== "open"
-        ? (["off", "offline"] as const)
+        ? (["off", link.status === "locked" ? "locked" : "offline"] as const)
         : progress || !hello
           ? (["busy", "building"] as const)
           : playing
-            ? (["live", "live"] as const)
+            ? ([scrub === null ? "live" : "paused", scrub === null ? "live" : "looking back"] as const)
             : (["paused", "paused"] as const);
     const viewers = simulation && simulation.viewers > 1 ? ` · ${simulation.viewers} viewers` : "";
     element.dataset["kind"] = kind;

@@ -1,60 +1,80 @@
-// What the colours mean: levels as swatches, Young's modulus as a bar with its ends and middle.
+// What the colours mean: levels as swatches with their number of tets, everything else as a bar with numbers and units.
 
-import { quantity } from "../format";
-import { css, isLogarithmic, levelColour, mapColour, stiffnessAt, stiffnessPosition } from "../palette";
-import type { Hello } from "../protocol";
-import type { Store } from "../store";
+import { count, quantityOfLength } from "../format";
+import type { Hello } from "../messages";
+import { css, levelColour, mapColour, MAPS } from "../palette";
+import { isField } from "../scale";
+import type { Scale } from "../scale";
+import { scaleOf, shownColouring } from "../store";
+import type { State, Store } from "../store";
 import { h } from "./dom";
 
 export function legend(store: Store, gridSpacing: () => number): HTMLElement {
   const element = h("section", { className: "card legend", attributes: { "aria-label": "Legend" } });
   const show = () => {
-    const { hello, colouring } = store.get();
+    const state = store.get();
+    const { hello } = state;
     element.hidden = hello === null;
     if (!hello) return;
+    const scale = scaleOf(state);
     element.replaceChildren(
-      ...(colouring === "level" ? levels(hello) : stiffness(hello)),
+      ...(scale === null && !isField(shownColouring(state))
+        ? levels(hello)
+        : scale
+          ? bar(scale)
+          : [h("h2", {}, "Waiting for values …")]),
       h("p", { className: "scale" }, `Grid ${quantityOfLength(gridSpacing())}`),
     );
+    showCounts(state);
   };
-  store.watch((s) => s.hello, show);
-  store.watch((s) => s.colouring, show);
+  const showCounts = ({ simulation }: Readonly<State>) =>
+    element.querySelectorAll("[data-level]").forEach((cell) => {
+      const tets = simulation?.tets_by_level[Number((cell as HTMLElement).dataset["level"])];
+      cell.textContent = tets === undefined ? "" : count(tets);
+    });
+  for (const part of ["hello", "colouring", "fieldRange", "shape"] as const) store.watch((s) => s[part], show);
+  store.watch(
+    (s) => s.simulation?.tets_by_level.join(),
+    () => showCounts(store.get()),
+  );
   return element;
 }
 
 function levels({ depth }: Hello): HTMLElement[] {
   const rows = Array.from({ length: depth + 1 }, (_, level) => {
-    const swatch = h("span", { className: "swatch" });
-    swatch.style.background = css(levelColour(level));
     const name = depth === 0 ? "only level" : level === 0 ? "coarsest" : level === depth ? "finest" : "";
-    return h("li", {}, swatch, `${level}`, h("small", {}, name));
+    return h(
+      "li",
+      {},
+      swatch(css(levelColour(level))),
+      `${level}`,
+      h("small", {}, name),
+      h("b", { attributes: { "data-level": String(level) } }),
+    );
   });
   return [h("h2", {}, "Level of refinement"), h("ul", {}, ...rows)];
 }
 
-function stiffness({ young_range: range }: Hello): HTMLElement[] {
-  const [low, high] = range;
-  const title = h("h2", {}, "Young’s modulus");
-  if (!(high > low)) {
-    const swatch = h("span", { className: "swatch" });
-    swatch.style.background = css(mapColour(stiffnessPosition(low, range)));
-    return [title, h("ul", {}, h("li", {}, swatch, `${quantity(low, "Pa")} everywhere`))];
-  }
-  const scale = isLogarithmic(range) ? "log scale" : "";
-  const stops = Array.from({ length: 33 }, (_, i) => css(mapColour(i / 32)));
-  const bar = h("div", { className: "map" });
-  bar.style.background = `linear-gradient(to right, ${stops.join(", ")})`;
-  const ticks = [0, 0.5, 1].map((t) => h("span", {}, quantity(stiffnessAt(t, range), "Pa")));
+function bar(scale: Scale): HTMLElement[] {
+  const [low, high] = scale.range;
+  const title = h("h2", {}, scale.title);
+  if (!(high > low))
+    return [title, h("ul", {}, h("li", {}, swatch(css(mapColour(0.5, scale.map))), `${scale.label(low)} everywhere`))];
+  const map = h("div", { className: "map" });
+  map.style.background = `linear-gradient(to right, ${MAPS[scale.map].map(css).join(", ")})`;
+  const ticks = [0, 0.5, 1].map((t) => h("span", {}, scale.label(scale.valueAt(t))));
+  const [left, right] = scale.ends ?? ["", ""];
+  const words = [left, scale.logarithmic ? "log scale" : "", right];
   return [
     title,
-    bar,
+    map,
     h("div", { className: "ticks" }, ...ticks),
-    h("p", { className: "ends" }, h("span", {}, "soft"), h("span", {}, scale), h("span", {}, "stiff")),
+    ...(words.some(Boolean) ? [h("p", { className: "ends" }, ...words.map((word) => h("span", {}, word)))] : []),
   ];
 }
 
-/** 0.002 -> 2 mm, 0.05 -> 5 cm, 2 -> 2 m */
-export function quantityOfLength(metres: number): string {
-  if (metres < 0.0099) return quantity(1000 * metres, "mm");
-  return metres < 0.99 ? quantity(100 * metres, "cm") : quantity(metres, "m");
+function swatch(colour: string): HTMLElement {
+  const element = h("span", { className: "swatch" });
+  element.style.background = colour;
+  return element;
 }

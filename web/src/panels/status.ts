@@ -2,7 +2,7 @@
 
 import { count, percent, significant } from "../format";
 import { css, levelColour } from "../palette";
-import type { SimulationState } from "../protocol";
+import type { LinkReport, SimulationState } from "../messages";
 import type { State, Store } from "../store";
 import { h } from "./dom";
 
@@ -12,7 +12,6 @@ export function status(store: Store): HTMLElement {
   const size = tile("Active tetrahedra, and vertices that are free to move", "tetrahedra");
   const error = tile("Estimated error of the displacement, relative", "error estimate");
   const bar = h("div", { className: "levels-bar", attributes: { "aria-hidden": "true" } });
-  const list = h("ul", { className: "levels" });
 
   const showNumbers = ({ simulation: s, hello }: Readonly<State>) => {
     rate.set(s && s.steps_per_second > 0 ? significant(s.steps_per_second) : "–", pace(s, hello?.time_step));
@@ -24,7 +23,6 @@ export function status(store: Store): HTMLElement {
   };
   const showLevels = (levels: readonly number[] | undefined) => {
     const total = sum(levels ?? []);
-    list.replaceChildren(...(levels ?? []).map((tets, level) => levelRow(level, tets)));
     bar.replaceChildren(
       ...(levels ?? []).map((tets, level) => {
         const part = h("span");
@@ -47,15 +45,31 @@ export function status(store: Store): HTMLElement {
       skipped.textContent = `${count(frames)} frames skipped: this page draws more slowly than they come`;
     },
   );
+  const network = h("p", { className: "note" });
+  store.watch((s) => s.linkReport, showNetwork(network));
   return h(
     "section",
     { className: "status", attributes: { "aria-label": "Numbers" } },
     h("div", { className: "tiles" }, rate.element, cost.element, size.element, error.element),
-    h("h2", {}, "Tetrahedra by level"),
     bar,
-    list,
     skipped,
+    network,
   );
+}
+
+/** Says so while the network or this page cannot take all frames. The counts are of the whole connection. */
+function showNetwork(element: HTMLElement): (report: LinkReport | null) => void {
+  let last: LinkReport | null = null;
+  return (report) => {
+    const sent = report && last ? report.sent - last.sent : 0;
+    const dropped = report && last ? report.dropped - last.dropped : 0;
+    last = report;
+    const slow = dropped > 0.2 * (sent + dropped) && dropped > 2;
+    element.hidden = !slow;
+    const delay = report?.round_trip ? `, ${Math.round(1000 * report.round_trip)} ms there and back` : "";
+    if (slow)
+      element.textContent = `Slow connection or page: ${count(sent)} of ${count(sent + dropped)} frames arrive${delay}`;
+  };
 }
 
 /** How fast simulated time runs, when that is not what was asked for. */
@@ -73,12 +87,6 @@ function pace(s: SimulationState | null, timeStep: number | undefined): string {
 }
 
 const sum = (values: readonly number[]): number => values.reduce((a, b) => a + b, 0);
-
-function levelRow(level: number, tets: number): HTMLElement {
-  const swatch = h("span", { className: "swatch" });
-  swatch.style.background = css(levelColour(level));
-  return h("li", {}, swatch, `Level ${level}`, h("b", {}, count(tets)));
-}
 
 function tile(title: string, unit: string) {
   const value = h("strong", {}, "–");

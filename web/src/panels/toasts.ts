@@ -11,7 +11,7 @@ export class Toasts {
     { count: number; badge: HTMLElement; timer: ReturnType<typeof setTimeout>; remove: () => void }
   >();
 
-  show(text: string): void {
+  show(text: string, kind: "problem" | "info" = "problem"): void {
     const known = this.shown.get(text);
     if (known) {
       clearTimeout(known.timer);
@@ -29,7 +29,7 @@ export class Toasts {
       { type: "button", className: "icon small", onclick: remove, attributes: { "aria-label": "Dismiss" } },
       icon("close"),
     );
-    const toast = h("div", { className: "card toast" }, h("span", {}, text, badge), close);
+    const toast = h("div", { className: `card toast ${kind}` }, h("span", {}, text, badge), close);
     this.element.append(toast);
     this.shown.set(text, { count: 1, badge, timer: setTimeout(remove, STAY), remove });
   }

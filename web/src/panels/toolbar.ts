@@ -1,13 +1,20 @@
-// Play, step, reset, speed and the clock: the row at the bottom.
+// Play, step, reset, speed, time and recording: the row at the bottom.
 
 import { SPEEDS } from "../actions";
 import type { Actions } from "../actions";
-import { duration } from "../format";
-import { isOpen, isPlaying, speedOf } from "../store";
+import { bytes, duration } from "../format";
+import type { Command } from "../messages";
+import { can, isOpen, isPlaying, speedOf } from "../store";
 import type { Store } from "../store";
 import { h, icon, iconButton } from "./dom";
+import { timeline } from "./timeline";
 
-export function toolbar(store: Store, actions: Actions): HTMLElement {
+export function toolbar(
+  store: Store,
+  actions: Actions,
+  send: (command: Command) => void,
+  range: () => readonly [number, number],
+): HTMLElement {
   const play = iconButton("play", "Play", "Space", actions.togglePlay);
   play.classList.add("primary");
   const step = iconButton("step", "One step", "→", actions.step);
@@ -16,11 +23,6 @@ export function toolbar(store: Store, actions: Actions): HTMLElement {
     title: "Simulated seconds per real second (+ and −)",
     onchange: () => actions.speed(Number(speed.value)),
     attributes: { "aria-label": "Speed" },
-  });
-  const clock = h("output", {
-    className: "clock",
-    title: "Simulated time",
-    attributes: { "aria-label": "Simulated time" },
   });
   const buttons = [play, step, reset, speed];
 
@@ -36,10 +38,6 @@ export function toolbar(store: Store, actions: Actions): HTMLElement {
     speed.replaceChildren(...values.map((v) => h("option", { value: String(v), textContent: `${v}×` })));
     speed.value = String(value);
   });
-  store.watch(
-    (s) => s.simulation?.time ?? null,
-    (time) => (clock.textContent = time === null ? "–" : duration(time)),
-  );
   return h(
     "nav",
     { className: "card toolbar", attributes: { "aria-label": "Simulation" } },
@@ -47,6 +45,34 @@ export function toolbar(store: Store, actions: Actions): HTMLElement {
     play,
     step,
     speed,
-    clock,
+    ...timeline(store, send, range),
+    recordButton(store, actions),
   );
+}
+
+/** Hidden where the server cannot record; while it does, says how much. */
+function recordButton(store: Store, actions: Actions): HTMLElement {
+  const text = h("span");
+  const button = h(
+    "button",
+    { type: "button", className: "record", onclick: actions.toggleRecording },
+    icon("record"),
+    text,
+  );
+  store.watch(
+    (s) => can(s, "record"),
+    (able) => (button.hidden = !able),
+  );
+  store.watch(
+    (s) => s.recording,
+    (recording) => {
+      const active = recording?.active ?? false;
+      button.classList.toggle("active", active);
+      button.title = active ? "End the recording (V)" : "Record on the server (V)";
+      button.setAttribute("aria-label", active ? "End the recording" : "Record");
+      text.textContent = recording && active ? `${duration(recording.seconds)} · ${bytes(recording.bytes)}` : "";
+      text.hidden = !active;
+    },
+  );
+  return button;
 }

@@ -10,10 +10,19 @@ import type { CameraRig } from "./camera";
 export interface Band {
   from: readonly [number, number, number]; // [m] grabbed point
   to: readonly [number, number, number]; // [m] the hand
-  force: number | null; // [N], null: not known yet
+  force: number | null; // [N], null: not known yet, or none
+  kind: BandKind;
 }
 
-const OTHERS = "#8a94a6"; // pulls of other viewers
+export type BandKind = "own" | "other" | "force" | "selected" | "pin";
+
+const COLOURS: Record<BandKind, string> = {
+  own: PULL,
+  other: "#8a94a6", // pulls of other viewers
+  force: "#d97706",
+  selected: "#b45309",
+  pin: "#334155",
+};
 
 export class Bands {
   readonly object = new THREE.Group();
@@ -27,20 +36,21 @@ export class Bands {
   private readonly dot = new THREE.SphereGeometry(1, 16, 12);
   private readonly line = new THREE.CylinderGeometry(1, 1, 1, 12, 1, true).translate(0, 0.5, 0);
   private readonly head = new THREE.ConeGeometry(1, 1, 20).translate(0, 0.5, 0);
-  private readonly own = flat(PULL);
-  private readonly others = flat(OTHERS);
+  private readonly materials = Object.fromEntries(
+    Object.entries(COLOURS).map(([kind, colour]) => [kind, flat(colour)]),
+  ) as Record<BandKind, THREE.MeshBasicMaterial>;
 
   constructor(private readonly labels: HTMLElement) {}
 
-  /** `own`: how many of the bands, from the first, are this viewer's. */
-  update(bands: readonly Band[], own: number, rig: CameraRig, width: number, height: number): void {
+  update(bands: readonly Band[], rig: CameraRig, width: number, height: number): void {
     while (this.pool.length < bands.length) this.pool.push(this.create());
     this.pool.forEach(({ root, dot, line, head, label }, i) => {
       const band = bands[i] as Band | undefined;
       root.visible = band !== undefined;
       label.hidden = band === undefined || band.force === null;
       if (!band) return;
-      const material = i < own ? this.own : this.others;
+      const material = this.materials[band.kind];
+      label.dataset["kind"] = band.kind;
       dot.material = line.material = head.material = material;
       const from = new THREE.Vector3(...band.from);
       const to = new THREE.Vector3(...band.to);
@@ -53,10 +63,11 @@ export class Bands {
         length > 0 ? along.clone().divideScalar(length) : new THREE.Vector3(0, 1, 0),
       );
       dot.position.copy(from);
-      dot.scale.setScalar(4.5 * rig.metresPerPixel(from, height));
+      dot.scale.setScalar((band.kind === "pin" ? 6 : 4.5) * rig.metresPerPixel(from, height));
       line.position.copy(from);
       line.quaternion.copy(turn);
       line.scale.set(1.5 * pixel, Math.max(1e-12, length - tip), 1.5 * pixel);
+      line.visible = length > 0;
       head.visible = length > 2 * pixel;
       head.quaternion.copy(turn);
       head.position.copy(to).addScaledVector(along, length > 0 ? -tip / length : 0);
@@ -72,7 +83,7 @@ export class Bands {
   private create(): (typeof this.pool)[number] {
     const root = new THREE.Group();
     const make = (geometry: THREE.BufferGeometry) => {
-      const mesh = new THREE.Mesh(geometry, this.own);
+      const mesh = new THREE.Mesh(geometry, this.materials.own);
       mesh.renderOrder = 10;
       mesh.frustumCulled = false;
       root.add(mesh);

@@ -3,7 +3,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
-import type { Vec3 } from "../protocol";
+import type { Vec3 } from "../messages";
 
 export interface Home {
   eye: Vec3; // [m]
@@ -16,6 +16,7 @@ export interface Home {
 /** [CSS px] of the window's edges that panels lie on. */
 export interface Covered {
   top: number;
+  left: number;
   right: number;
   bottom: number;
 }
@@ -26,7 +27,7 @@ export class CameraRig {
   readonly camera = new THREE.PerspectiveCamera();
   private controls: OrbitControls | null = null;
   private home: Home | null = null;
-  private size: [number, number, Covered] = [1, 1, { top: 0, right: 0, bottom: 0 }];
+  private size: [number, number, Covered] = [1, 1, { top: 0, left: 0, right: 0, bottom: 0 }];
   private glide: { start: number; eye: [THREE.Vector3, THREE.Vector3]; target: [THREE.Vector3, THREE.Vector3] } | null =
     null;
 
@@ -60,12 +61,22 @@ export class CameraRig {
   /** Sizes in CSS px. The whole object fits into what the panels leave free, whatever its shape, and is centred there. */
   resize(width: number, height: number, covered: Covered): void {
     this.size = [width, height, covered];
-    const free = [Math.max(80, width - covered.right), Math.max(80, height - covered.top - covered.bottom)];
+    const free = [
+      Math.max(80, width - covered.left - covered.right),
+      Math.max(80, height - covered.top - covered.bottom),
+    ];
     const half = Math.tan(THREE.MathUtils.degToRad((this.home?.fieldOfView ?? 35) / 2));
     const tangent = half * Math.max(1, free[1] / free[0]) * (height / free[1]);
     this.camera.fov = THREE.MathUtils.radToDeg(2 * Math.atan(tangent));
     this.camera.aspect = width / height;
-    this.camera.setViewOffset(width, height, covered.right / 2, (covered.bottom - covered.top) / 2, width, height);
+    this.camera.setViewOffset(
+      width,
+      height,
+      (covered.right - covered.left) / 2,
+      (covered.bottom - covered.top) / 2,
+      width,
+      height,
+    );
     this.changed();
   }
 
@@ -106,6 +117,52 @@ export class CameraRig {
     this.camera.position.lerpVectors(...this.glide.eye, ease);
     this.controls.target.lerpVectors(...this.glide.target, ease);
     if (t === 1) this.glide = null;
+    this.controls.update();
+    this.changed();
+  }
+
+  /** The ray through a point of the screen. */
+  ray({ clientX, clientY }: { clientX: number; clientY: number }): THREE.Ray {
+    const box = this.element.getBoundingClientRect();
+    const point = new THREE.Vector2(
+      (2 * (clientX - box.left)) / box.width - 1,
+      1 - (2 * (clientY - box.top)) / box.height,
+    );
+    const caster = new THREE.Raycaster();
+    this.camera.updateMatrixWorld();
+    caster.setFromCamera(point, this.camera);
+    return caster.ray;
+  }
+
+  /** Where a point is on the screen, from the element's corner [CSS px]. */
+  project(point: THREE.Vector3): [number, number] {
+    const at = point.clone().project(this.camera);
+    return [((at.x + 1) / 2) * this.element.clientWidth, ((1 - at.y) / 2) * this.element.clientHeight];
+  }
+
+  /** As in a scene's view: where the camera is, what it looks at [m], and its vertical angle [degrees]. */
+  get view(): { eye: Vec3; target: Vec3; field_of_view: number } {
+    const target = this.controls?.target ?? new THREE.Vector3();
+    return {
+      eye: this.camera.position.toArray() as unknown as Vec3,
+      target: target.toArray() as unknown as Vec3,
+      field_of_view: this.camera.fov,
+    };
+  }
+
+  /** Eye and target when they are not those of home, else null. */
+  get moved(): number[] | null {
+    if (!this.home || !this.controls) return null;
+    const now = [...this.camera.position.toArray(), ...this.controls.target.toArray()];
+    const home = [...this.home.eye, ...this.home.target];
+    return now.every((x, i) => Math.abs(x - home[i]) < 1e-3 * (this.home?.radius ?? 1)) ? null : now;
+  }
+
+  place(eye: Vec3, target: Vec3): void {
+    if (!this.controls) return;
+    this.glide = null;
+    this.camera.position.fromArray(eye);
+    this.controls.target.fromArray(target);
     this.controls.update();
     this.changed();
   }

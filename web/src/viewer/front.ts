@@ -1,44 +1,47 @@
 // The front as a wireframe, coloured by level. Lines of several pixels that follow a moving front: the vertices'
-// positions are a texture (written once a frame), an edge is an instanced quad that reads its two ends from it.
+// positions are a texture (front_vertices.ts), an edge is an instanced quad that reads its two ends from it.
 // Edges behind the surface are drawn too, faintly, so that one sees into the object.
 
 import * as THREE from "three";
 
 import { levelColour } from "../palette";
 import type { Topology } from "../protocol";
+import { FRONT_VERTEX } from "./front_vertices";
+import type { FrontVertices } from "./front_vertices";
 
-const WIDTH = 512; // texels in a row of the position texture
 const LINE_WIDTH = 1.4; // [CSS px]
-const MAX_LEVELS = 16;
+export const MAX_LEVELS = 16;
+export const LEVEL_COLOURS = Array.from({ length: MAX_LEVELS }, (_, level) => linearColour(level));
 
 export class FrontLines {
   readonly object = new THREE.Group();
   private readonly shared = {
-    positions: { value: null as THREE.DataTexture | null },
+    frontPositions: { value: null as THREE.DataTexture | null },
+    cut: { value: new THREE.Vector4(0, 0, 0, 1) }, // hidden where dot(cut.xyz, p) > cut.w
     viewport: { value: new THREE.Vector2(1, 1) }, // [device px]
     width: { value: LINE_WIDTH },
     contrast: { value: new THREE.Vector4() }, // colour to mix in, and how much
-    levels: { value: Array.from({ length: MAX_LEVELS }, (_, level) => linearColour(level)) },
+    levels: { value: LEVEL_COLOURS },
   };
-  private readonly near = this.material(THREE.LessEqualDepth, 0.95);
-  private readonly hidden = this.material(THREE.GreaterDepth, 0.13);
+  private readonly near;
+  private readonly hidden;
   private geometry = new THREE.InstancedBufferGeometry();
-  private readonly lines = [this.hidden, this.near].map((material) => {
-    const mesh = new THREE.Mesh(this.geometry, material);
-    mesh.frustumCulled = false;
-    mesh.renderOrder = material === this.near ? 2 : 1;
-    this.object.add(mesh);
-    return mesh;
-  });
-  private texels = new Float32Array(0);
+  private readonly lines;
 
-  /** [N][4], to be written by the caller, then `moved()`. */
-  get positions(): Float32Array {
-    return this.texels;
+  constructor(vertices: FrontVertices) {
+    this.shared.frontPositions = vertices.uniform;
+    this.near = this.material(THREE.LessEqualDepth, 0.95);
+    this.hidden = this.material(THREE.GreaterDepth, 0.13);
+    this.lines = [this.hidden, this.near].map((material) => {
+      const mesh = new THREE.Mesh(this.geometry, material);
+      mesh.frustumCulled = false;
+      mesh.renderOrder = material === this.near ? 2 : 1;
+      this.object.add(mesh);
+      return mesh;
+    });
   }
 
   setTopology(topology: Topology): void {
-    this.reserve(topology.frontVertices);
     // three cannot grow an attribute: a new geometry for a new front, of exactly its size.
     this.geometry.dispose();
     this.geometry = new THREE.InstancedBufferGeometry();
@@ -55,8 +58,9 @@ export class FrontLines {
     for (const mesh of this.lines) mesh.geometry = this.geometry;
   }
 
-  moved(): void {
-    if (this.shared.positions.value) this.shared.positions.value.needsUpdate = true;
+  cut(plane: THREE.Plane | null): void {
+    if (plane) this.shared.cut.value.set(-plane.normal.x, -plane.normal.y, -plane.normal.z, plane.constant);
+    else this.shared.cut.value.set(0, 0, 0, 1);
   }
 
   resize(width: number, height: number, pixelRatio: number): void {
@@ -68,25 +72,6 @@ export class FrontLines {
   theme(dark: boolean): void {
     if (dark) this.shared.contrast.value.set(1, 1, 1, 0.18);
     else this.shared.contrast.value.set(0, 0, 0, 0.5);
-  }
-
-  dispose(): void {
-    this.geometry.dispose();
-    this.shared.positions.value?.dispose();
-    this.near.dispose();
-    this.hidden.dispose();
-  }
-
-  /** The texture only grows, so that a front that breathes does not reallocate. */
-  private reserve(vertices: number): void {
-    const rows = Math.max(1, Math.ceil(vertices / WIDTH));
-    if (this.texels.length >= 4 * WIDTH * rows) return;
-    this.shared.positions.value?.dispose();
-    this.texels = new Float32Array(4 * WIDTH * Math.ceil(1.25 * rows));
-    const height = this.texels.length / (4 * WIDTH);
-    const texture = new THREE.DataTexture(this.texels, WIDTH, height, THREE.RGBAFormat, THREE.FloatType);
-    texture.needsUpdate = true;
-    this.shared.positions.value = texture;
   }
 
   private material(depthFunc: THREE.DepthModes, opacity: number): THREE.ShaderMaterial {
@@ -111,7 +96,6 @@ function linearColour(level: number): THREE.Color {
 const VERTEX = /* glsl */ `
   in ivec2 ends;
   in int level;
-  uniform highp sampler2D positions;
   uniform vec2 viewport;
   uniform float width;
   uniform vec4 contrast;
@@ -120,14 +104,19 @@ const VERTEX = /* glsl */ `
   out float across;
   out float strength;
 
-  vec4 clip(int vertex) {
-    vec3 p = texelFetch(positions, ivec2(vertex % ${WIDTH}, vertex / ${WIDTH}), 0).xyz;
-    return projectionMatrix * viewMatrix * vec4(p, 1.0);
-  }
+  uniform vec4 cut;
+  ${FRONT_VERTEX}
 
   void main() {
-    vec4 a = clip(ends.x);
-    vec4 b = clip(ends.y);
+    vec3 from = frontVertex(ends.x);
+    vec3 to = frontVertex(ends.y);
+    // What the cut hides of an edge is left away; all of it: a line without length.
+    float da = dot(cut.xyz, from) - cut.w, db = dot(cut.xyz, to) - cut.w;
+    if (da > 0.0 && db > 0.0) to = from;
+    else if (da > 0.0) from = mix(from, to, da / (da - db));
+    else if (db > 0.0) to = mix(to, from, db / (db - da));
+    vec4 a = projectionMatrix * viewMatrix * vec4(from, 1.0);
+    vec4 b = projectionMatrix * viewMatrix * vec4(to, 1.0);
     // An end behind the camera would turn the line around: cut it at the near plane.
     float na = a.z + a.w, nb = b.z + b.w;
     if (na < 0.0 && nb > 0.0) a = mix(a, b, na / (na - nb));
@@ -136,6 +125,7 @@ const VERTEX = /* glsl */ `
     vec2 along = normalize(stretch + vec2(1e-6, 0.0));
     // Where edges become short, lines become faint: a fine front would be one blot.
     strength = clamp(length(stretch) / (20.0 * width), 0.12, 1.0);
+    if (da > 0.0 && db > 0.0) strength = 0.0;
     vec4 here = position.x < 0.5 ? a : b;
     float radius = 0.5 * width + 0.5;  // half a pixel more for the soft rim
     here.xy += position.y * vec2(-along.y, along.x) * radius * 2.0 / viewport * here.w;

@@ -28,6 +28,13 @@ export class Motion {
     this.settled = false;
   }
 
+  /** Shows a frame as it is, without a way to it. */
+  jump(frame: Frame): void {
+    this.before = null;
+    this.newest = frame;
+    this.settled = false;
+  }
+
   clear(): void {
     this.before = this.newest = null;
     this.settled = true;

@@ -1,7 +1,7 @@
 // Which triangle of the surface a ray hits first, and where in it (Moeller & Trumbore 1997), over the typed arrays that
 // the viewer draws. Both sides count: one can grab the inside of an open surface.
 
-import type { Vec3 } from "../protocol";
+import type { Vec3 } from "../messages";
 
 export interface Hit {
   triangle: number;

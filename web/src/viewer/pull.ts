@@ -4,7 +4,7 @@
 
 import * as THREE from "three";
 
-import type { Command, Vec3 } from "../protocol";
+import type { Command, Vec3 } from "../messages";
 import type { Hit } from "./pick";
 
 export interface Grip {
@@ -18,6 +18,7 @@ export interface Grip {
 export interface PullEvents {
   /** The surface point under a ray, or null. */
   pick: (ray: THREE.Ray) => Hit | null;
+  ray: (event: MouseEvent) => THREE.Ray;
   send: (command: Command) => void;
   /** False: nothing can be pulled now. */
   enabled: () => boolean;
@@ -37,6 +38,8 @@ export class PullHand {
   private hover: PointerEvent | null = null;
   private looked = 0;
   private next = 0;
+  private first: PointerEvent | null = null; // where the finger that holds the grip is
+  private handing = false;
 
   constructor(
     private readonly element: HTMLElement,
@@ -51,7 +54,7 @@ export class PullHand {
     element.addEventListener("pointercancel", (event) => this.up(event));
     element.addEventListener("lostpointercapture", (event) => this.up(event));
     element.addEventListener("dblclick", (event) =>
-      this.events.focus(this.events.pick(this.ray(event))?.point ?? null),
+      this.events.focus(this.events.pick(this.events.ray(event))?.point ?? null),
     );
     element.addEventListener("contextmenu", (event) => event.preventDefault());
   }
@@ -66,7 +69,7 @@ export class PullHand {
     if (hover && !grip && now - this.looked > LOOK_INTERVAL) {
       this.hover = null;
       this.looked = now;
-      const over = this.events.enabled() && this.events.pick(this.ray(hover)) !== null;
+      const over = this.events.enabled() && this.events.pick(this.events.ray(hover)) !== null;
       this.element.classList.toggle("over-object", over);
     }
   }
@@ -80,15 +83,21 @@ export class PullHand {
   }
 
   private down(event: PointerEvent): void {
+    if (this.handing) return;
+    if (this.grip && event.pointerType === "touch" && event.pointerId !== this.pointer) {
+      this.handOver();
+      return;
+    }
     const plain = event.button === 0 && !event.shiftKey && !event.ctrlKey && !event.metaKey;
     if (event.target !== this.element || !plain || this.grip || !this.events.enabled()) return;
-    const hit = this.events.pick(this.ray(event));
+    const hit = this.events.pick(this.events.ray(event));
     if (!hit) return;
     event.stopPropagation();
     this.element.setPointerCapture(event.pointerId);
     this.element.classList.add("pulling");
     this.pointer = event.pointerId;
     this.start = [event.clientX, event.clientY];
+    this.first = event;
     const normal = this.camera.getWorldDirection(new THREE.Vector3());
     this.plane.setFromNormalAndCoplanarPoint(normal, new THREE.Vector3(...hit.point));
     this.grip = {
@@ -101,6 +110,20 @@ export class PullHand {
     this.events.changed();
   }
 
+  /** A second finger means the camera: the pull ends, and the camera learns of the first finger too. */
+  private handOver(): void {
+    const grip = this.grip;
+    const first = this.first;
+    this.drop();
+    if (grip?.begun) this.events.send({ command: "pull_end", pull: grip.pull });
+    if (!first) return;
+    this.handing = true;
+    const { pointerId, pointerType, clientX, clientY, isPrimary } = first;
+    const init = { pointerId, pointerType, clientX, clientY, isPrimary, button: 0, buttons: 1, bubbles: true };
+    this.element.dispatchEvent(new PointerEvent("pointerdown", init));
+    this.handing = false;
+  }
+
   private move(event: PointerEvent): void {
     const grip = this.grip;
     if (!grip) {
@@ -108,8 +131,9 @@ export class PullHand {
       return;
     }
     if (event.pointerId !== this.pointer) return;
+    this.first = event;
     if (!grip.begun && Math.hypot(event.clientX - this.start[0], event.clientY - this.start[1]) < SLACK) return;
-    const target = this.ray(event).intersectPlane(this.plane, new THREE.Vector3());
+    const target = this.events.ray(event).intersectPlane(this.plane, new THREE.Vector3());
     if (!target) return;
     grip.target = [target.x, target.y, target.z];
     if (!grip.begun) {
@@ -126,17 +150,5 @@ export class PullHand {
     const { begun, pull } = this.grip;
     this.drop();
     if (begun) this.events.send({ command: "pull_end", pull });
-  }
-
-  private ray(event: MouseEvent): THREE.Ray {
-    const box = this.element.getBoundingClientRect();
-    const point = new THREE.Vector2(
-      (2 * (event.clientX - box.left)) / box.width - 1,
-      1 - (2 * (event.clientY - box.top)) / box.height,
-    );
-    const caster = new THREE.Raycaster();
-    this.camera.updateMatrixWorld();
-    caster.setFromCamera(point, this.camera);
-    return caster.ray;
   }
 }

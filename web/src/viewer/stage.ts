@@ -2,7 +2,8 @@
 
 import * as THREE from "three";
 
-import type { Frame, Vec3 } from "../protocol";
+import type { Vec3 } from "../messages";
+import type { Frame } from "../protocol";
 
 const SHADOW_TEXELS = 1024;
 
@@ -23,7 +24,7 @@ export class Stage {
   constructor() {
     this.key.castShadow = true;
     this.key.shadow.mapSize.set(SHADOW_TEXELS, SHADOW_TEXELS);
-    this.key.shadow.radius = 5;
+    this.key.shadow.radius = 8;
     this.shadow.receiveShadow = true;
     this.shadow.renderOrder = -1;
     this.grid.renderOrder = -2;

@@ -3,9 +3,10 @@
 
 import * as THREE from "three";
 
-import { levelColour, mapColour, stiffnessPosition } from "../palette";
+import { levelColour, mapColour } from "../palette";
 import type { Rgb } from "../palette";
-import type { Colouring, Model } from "../protocol";
+import type { Scale } from "../scale";
+import type { FrameValues, Model } from "../protocol";
 import { computeNormals } from "./normals";
 
 export class SurfaceMesh {
@@ -16,10 +17,7 @@ export class SurfaceMesh {
   private readonly colours: Uint8Array; // [S][3] sRGB
   private readonly geometry = new THREE.BufferGeometry();
 
-  constructor(
-    private readonly model: Model,
-    private readonly youngRange: readonly [number, number],
-  ) {
+  constructor(private readonly model: Model) {
     const size = 3 * model.young.length;
     this.triangles = model.triangles;
     this.positions = new Float32Array(size);
@@ -52,15 +50,30 @@ export class SurfaceMesh {
     this.geometry.attributes["normal"].needsUpdate = true;
   }
 
-  colour(colouring: Colouring, surfaceLevel: Uint8Array): void {
-    const { young } = this.model;
-    if (colouring === "level") {
-      const table = Array.from({ length: 256 }, (_, level) => levelColour(level));
-      this.paint((vertex) => table[surfaceLevel[vertex]]);
-    } else {
-      const table = Array.from({ length: 256 }, (_, i) => mapColour(i / 255));
-      this.paint((vertex) => table[Math.round(255 * stiffnessPosition(young[vertex], this.youngRange))]);
+  /** By level of refinement, by the model's moduli, or by the values of a frame. */
+  colour(by: { levels: Uint8Array } | { scale: Scale; values: FrameValues | null }): void {
+    if ("levels" in by) {
+      const table = bytes(256, (level) => levelColour(level));
+      this.paint(table, (vertex) => by.levels[vertex]);
+      return;
     }
+    const { scale, values } = by;
+    const table = bytes(256, (i) => mapColour(i / 255, scale.map));
+    if (values) {
+      const [low, high] = scale.range;
+      const factor = high > low ? (255 * values.high) / (65535 * (high - low)) : 0;
+      this.paint(table, (vertex) => Math.min(255, factor * values.packed[vertex] + 0.5) | 0);
+    } else {
+      this.paint(table, (vertex) => Math.round(255 * scale.position(this.model.young[vertex])));
+    }
+  }
+
+  /** What lies behind one of these planes is not drawn and casts no shadow. */
+  clip(planes: THREE.Plane[]): void {
+    const { material } = this.mesh;
+    if ((material.clippingPlanes?.length ?? 0) !== planes.length) material.needsUpdate = true;
+    material.clippingPlanes = planes;
+    material.clipShadows = true;
   }
 
   dispose(): void {
@@ -68,16 +81,19 @@ export class SurfaceMesh {
     this.mesh.material.dispose();
   }
 
-  private paint(colour: (vertex: number) => Rgb): void {
+  private paint(table: Uint8Array, entry: (vertex: number) => number): void {
     for (let vertex = 0, i = 0; i < this.colours.length; ++vertex, i += 3) {
-      const [r, g, b] = colour(vertex);
-      this.colours[i] = 255 * r + 0.5;
-      this.colours[i + 1] = 255 * g + 0.5;
-      this.colours[i + 2] = 255 * b + 0.5;
+      const from = 3 * entry(vertex);
+      this.colours[i] = table[from];
+      this.colours[i + 1] = table[from + 1];
+      this.colours[i + 2] = table[from + 2];
     }
     this.geometry.attributes["color"].needsUpdate = true;
   }
 }
+
+const bytes = (length: number, colour: (i: number) => Rgb): Uint8Array =>
+  Uint8Array.from(Array.from({ length }, (_, i) => colour(i)).flat(), (x) => 255 * x + 0.5);
 
 const dynamic = (attribute: THREE.BufferAttribute): THREE.BufferAttribute => attribute.setUsage(THREE.DynamicDrawUsage);
 

@@ -2,35 +2,46 @@
 
 import * as THREE from "three";
 
-import type { BinaryMessage, Command, Frame, Hello, Topology, Vec3 } from "../protocol";
-import { isOpen } from "../store";
+import type { Command, Hello, Vec3 } from "../messages";
+import type { BinaryMessage, Frame, Topology } from "../protocol";
+import { isField, RangeFollower } from "../scale";
+import type { Framing } from "../snapshot";
+import { can, isOpen } from "../store";
 import type { Store } from "../store";
+import { annotations, forcesOf } from "./annotations";
 import { Bands } from "./bands";
-import type { Band } from "./bands";
+import { Body } from "./body";
 import { CameraRig } from "./camera";
 import type { Covered } from "./camera";
-import { FrontLines } from "./front";
+import { ForceHand } from "./forces";
+import { History } from "./history";
 import { Motion } from "./motion";
-import { pick, surfacePoint } from "./pick";
+import { pick } from "./pick";
+import type { Hit } from "./pick";
+import { PinHand } from "./pins";
 import { PullHand } from "./pull";
 import { Stage } from "./stage";
-import { SurfaceMesh } from "./surface";
 
 export class Viewer {
   readonly rig: CameraRig;
+  readonly pins: PinHand;
+  /** The last seconds. */
+  readonly history = new History();
   /** Redraws since the page was loaded. */
   redraws = 0;
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
   private readonly stage = new Stage();
-  private readonly front = new FrontLines();
+  private readonly body = new Body();
   private readonly bands: Bands;
-  private readonly hand: PullHand;
+  private readonly pull: PullHand;
+  private readonly forces: ForceHand;
   private readonly motion = new Motion();
-  private surface: SurfaceMesh | null = null;
-  private topology: Topology | null = null; // of the frames shown
+  private readonly ranges = new RangeFollower();
+  private topology: Topology | null = null; // of the newest frame
   private upcoming: Topology | null = null; // waits for its first frame
-  private covered: Covered = { top: 0, right: 0, bottom: 0 };
+  private newest: Frame | null = null;
+  private covered: Covered = { top: 0, left: 0, right: 0, bottom: 0 };
   private dirty = true;
   private place = "";
 
@@ -42,46 +53,38 @@ export class Viewer {
     send: (command: Command) => void,
     private readonly frugal: boolean,
   ) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !frugal, alpha: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !frugal, alpha: true, stencil: true });
+    this.renderer.localClippingEnabled = true;
     this.renderer.shadowMap.enabled = !frugal;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
     this.rig = new CameraRig(canvas, () => this.invalidate());
     this.bands = new Bands(labels);
-    this.hand = new PullHand(canvas, this.rig.camera, {
-      pick: (ray) => this.pick(ray),
+    const hands = {
+      pick: (ray: THREE.Ray) => this.pick(ray),
+      ray: (event: MouseEvent) => this.rig.ray(event),
       send,
-      enabled: () => isOpen(store.get()),
       changed: () => this.invalidate(),
+    };
+    // The force hand first: an arrow's head lies over the object.
+    this.forces = new ForceHand(canvas, this.rig.camera, {
+      ...hands,
+      enabled: () => can(store.get(), "edit") && store.get().scrub === null,
+      select: (selectedForce) => store.set({ selectedForce }),
+      forces: () => forcesOf(store.get(), this.body.surface, this.forces),
+      project: (point) => this.rig.project(point),
+    });
+    this.pull = new PullHand(canvas, this.rig.camera, {
+      ...hands,
+      enabled: () => isOpen(store.get()) && store.get().scrub === null,
       focus: (point) => (point ? this.rig.focus(point) : this.rig.goHome()),
     });
-    this.scene.add(this.stage.object, this.front.object, this.bands.object);
-    this.front.object.visible = false;
-    store.watch(
-      (s) => s.hello,
-      (hello) => hello && this.welcome(hello),
-    );
-    store.watch(
-      (s) => s.colouring,
-      () => this.colour(),
-    );
-    store.watch(
-      (s) => s.wireframe,
-      (on) => this.showWireframe(on),
-    );
-    store.watch(
-      (s) => s.dark,
-      (dark) => {
-        this.stage.theme(dark);
-        this.front.theme(dark);
-        this.invalidate();
-      },
-    );
-    canvas.addEventListener("webglcontextrestored", () => {
-      this.motion.touch();
-      this.renderer.shadowMap.needsUpdate = true;
-      this.invalidate();
+    this.pins = new PinHand(canvas, store, {
+      ...hands,
+      place: (pin) => this.body.point(pin),
     });
+    this.scene.add(this.stage.object, this.body.object, this.bands.object);
+    this.follow();
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.renderer.setAnimationLoop((now) => this.tick(now));
   }
@@ -91,13 +94,32 @@ export class Viewer {
     return this.stage.spacing;
   }
 
+  /** What is shown. */
   get frame(): Frame | null {
     return this.motion.frame;
   }
 
   /** Surface positions as they are drawn now, [S][3]. */
   get positions(): Float32Array | null {
-    return this.surface?.positions ?? null;
+    return this.body.surface?.positions ?? null;
+  }
+
+  /** What the graphics processor holds, by three's count. */
+  get memory(): { geometries: number; textures: number; programs: number } {
+    const { memory, programs } = this.renderer.info;
+    return { ...memory, programs: programs?.length ?? 0 };
+  }
+
+  /** What the camera sees, for a picture of the same. */
+  get framing(): Framing {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    return { ...this.rig.view, width, height, covered: this.covered };
+  }
+
+  /** The picture as it is now, as a PNG. */
+  toBlob(): Promise<Blob | null> {
+    this.renderer.render(this.scene, this.rig.camera);
+    return new Promise((resolve) => this.canvas.toBlob(resolve));
   }
 
   /** Panels lie on these edges of the picture. */
@@ -108,45 +130,105 @@ export class Viewer {
 
   receive(message: BinaryMessage): void {
     if (message.kind === "model") {
-      this.surface?.mesh.removeFromParent();
-      this.surface?.dispose();
-      this.surface = new SurfaceMesh(message, this.store.get().hello?.young_range ?? [1, 1]);
-      this.surface.mesh.visible = false; // until there are positions
-      this.scene.add(this.surface.mesh);
-      this.topology = this.upcoming = null;
+      this.body.setModel(message);
+      this.topology = this.upcoming = this.newest = null;
       this.motion.clear();
-      this.front.object.visible = false;
-      this.hand.drop();
+      this.history.clear();
+      this.interrupted();
     } else if (message.kind === "topology") {
       this.upcoming = message;
     } else {
-      this.showFrame(message);
+      this.receiveFrame(message);
     }
   }
 
   /** The connection is gone: a pull cannot go on, the last picture stays. */
   interrupted(): void {
-    this.hand.drop();
+    this.pull.drop();
+    this.forces.drop();
   }
 
   invalidate(): void {
     this.dirty = true;
   }
 
-  private showFrame(frame: Frame): void {
-    if (!this.surface) return;
+  private follow(): void {
+    const { store } = this;
+    store.watch(
+      (s) => s.hello,
+      (hello) => hello && this.welcome(hello),
+    );
+    for (const part of ["shape", "wireframe", "cut", "explode"] as const)
+      store.watch(
+        (s) => s[part],
+        () => this.showView(),
+      );
+    for (const part of ["colouring", "fieldRange"] as const)
+      store.watch(
+        (s) => s[part],
+        () => this.colour(),
+      );
+    store.watch(
+      (s) => s.scrub,
+      (time) => this.scrub(time),
+    );
+    for (const part of ["settings", "selectedForce"] as const)
+      store.watch(
+        (s) => s[part],
+        () => this.invalidate(),
+      );
+    store.watch(
+      (s) => s.dark,
+      (dark) => {
+        this.stage.theme(dark);
+        this.body.theme(dark);
+        this.invalidate();
+      },
+    );
+    this.canvas.addEventListener("webglcontextrestored", () => this.showView());
+  }
+
+  private receiveFrame(frame: Frame): void {
+    if (!this.body.surface) return;
     if (this.upcoming?.epoch === frame.epoch) {
       this.topology = this.upcoming;
       this.upcoming = null;
-      this.front.setTopology(this.topology);
-      this.colour();
     }
     if (this.topology?.epoch !== frame.epoch) return;
-    this.motion.push(frame, performance.now());
-    this.stage.lower(frame);
-    this.surface.mesh.visible = true;
-    this.front.object.visible = this.store.get().wireframe;
+    const now = performance.now();
+    this.history.push(frame, this.topology, now);
+    this.newest = frame;
+    if (this.store.get().scrub !== null) this.body.haunt(frame);
+    else this.present(frame, this.topology, () => this.motion.push(frame, now));
     this.invalidate();
+  }
+
+  private present(frame: Frame, topology: Topology, move: () => void): void {
+    const state = this.store.get();
+    const first = this.motion.frame === null;
+    const other = this.body.epoch !== topology.epoch;
+    if (other) this.body.setTopology(topology, state);
+    move();
+    this.stage.lower(frame);
+    if (first) this.body.show(state, true);
+    const { values } = frame;
+    if (values) {
+      const high = this.ranges.follow(values, performance.now());
+      const { fieldRange } = state;
+      if (fieldRange?.field !== values.field || fieldRange.high !== high)
+        this.store.set({ fieldRange: { field: values.field, high } });
+    }
+    if (other || first || (values && isField(state.colouring))) this.colour();
+  }
+
+  private scrub(time: number | null): void {
+    if (!this.body.surface || !this.newest || !this.topology) return;
+    const past = time === null ? null : this.history.at(time);
+    this.interrupted();
+    const shown = past ?? { frame: this.newest, topology: this.topology };
+    this.present(shown.frame, shown.topology, () => this.motion.jump(shown.frame));
+    this.body.haunt(this.newest);
+    this.showView();
   }
 
   private welcome(hello: Hello): void {
@@ -155,26 +237,24 @@ export class Viewer {
     if (place === this.place) return; // the same scene again, after a reconnection: keep the camera
     this.place = place;
     this.stage.fit(box, hello.up, view.eye);
-    this.rig.setHome({
-      eye: view.eye,
-      target: view.target,
-      fieldOfView: view.field_of_view,
-      up: hello.up,
-      radius: Math.max(1e-9, 0.5 * Math.hypot(box[3] - box[0], box[4] - box[1], box[5] - box[2])),
-    });
+    const radius = Math.max(1e-9, 0.5 * Math.hypot(box[3] - box[0], box[4] - box[1], box[5] - box[2]));
+    this.forces.scale(hello.young_range[0], radius);
+    this.pins.radius = 0.15 * radius;
+    const { eye, target, field_of_view: fieldOfView } = view;
+    this.rig.setHome({ eye, target, fieldOfView, up: hello.up, radius });
   }
 
   private colour(): void {
-    if (!this.surface || !this.topology) return;
-    this.surface.colour(this.store.get().colouring, this.topology.surfaceLevel);
+    this.body.colour(this.store.get(), this.motion.frame);
     // three uploads changed attributes of an object that casts shadows with the shadow's pass: without it, a frame late.
     this.renderer.shadowMap.needsUpdate = true;
     this.invalidate();
   }
 
-  private showWireframe(on: boolean): void {
-    this.front.object.visible = on && this.topology !== null;
-    this.motion.touch(); // its vertices were not written while it was hidden
+  private showView(): void {
+    this.body.show(this.store.get());
+    this.motion.touch(); // vertices were not written while they were hidden
+    this.renderer.shadowMap.needsUpdate = true;
     this.invalidate();
   }
 
@@ -183,53 +263,32 @@ export class Viewer {
     if (width === 0 || height === 0) return;
     this.renderer.setPixelRatio(this.frugal ? 1 : Math.min(2, devicePixelRatio));
     this.renderer.setSize(width, height, false);
-    this.front.resize(width, height, this.renderer.getPixelRatio());
+    this.body.lines.resize(width, height, this.renderer.getPixelRatio());
     this.rig.resize(width, height, this.covered);
   }
 
   private tick(now: number): void {
-    this.hand.tick(now);
+    this.pull.tick(now);
+    this.forces.tick();
     this.rig.tick(now);
     const moved = this.motion.moving;
     if (!moved && !this.dirty) return;
     this.dirty = false;
-    if (moved && this.surface) {
-      this.motion.sample(now, this.surface.positions, this.front.object.visible ? this.front.positions : null);
-      this.surface.moved();
-      this.front.moved();
+    if (moved) {
+      this.body.sample(this.motion, now);
       this.renderer.shadowMap.needsUpdate = true;
     }
-    this.drawBands();
+    const bands = annotations(this.store.get(), this.motion.frame, this.body.surface, this.pull.grip, this.forces);
+    this.bands.update(bands, this.rig, this.canvas.clientWidth, this.canvas.clientHeight);
     this.renderer.render(this.scene, this.rig.camera);
     ++this.redraws;
   }
 
-  /** The own pull follows the pointer at once; its force is the server's, from the frame's nearest pull. */
-  private drawBands(): void {
-    const bands: Band[] = [];
-    const pulls = this.motion.frame?.pulls ?? new Float32Array(0);
-    for (let i = 0; i < pulls.length; i += 7)
-      bands.push({
-        from: [pulls[i], pulls[i + 1], pulls[i + 2]],
-        to: [pulls[i + 3], pulls[i + 4], pulls[i + 5]],
-        force: pulls[i + 6],
-      });
-    const { grip } = this.hand;
-    if (grip && this.surface) {
-      const from = surfacePoint(this.surface.positions, this.surface.triangles, grip.triangle, grip.barycentric);
-      const away = (band: Band) => Math.hypot(...band.from.map((x, i) => x - from[i]));
-      const mine = grip.begun
-        ? bands.reduce((best, band, i) => (i === 0 || away(band) < away(bands[best]) ? i : best), 0)
-        : -1;
-      const force = mine >= 0 && bands.length > 0 ? bands.splice(mine, 1)[0].force : null;
-      bands.unshift({ from, to: grip.target, force });
-    }
-    this.bands.update(bands, grip ? 1 : 0, this.rig, this.canvas.clientWidth, this.canvas.clientHeight);
-  }
-
-  private pick(ray: THREE.Ray): ReturnType<typeof pick> {
-    if (!this.surface?.mesh.visible) return null;
+  private pick(ray: THREE.Ray): Hit | null {
+    const { surface } = this.body;
+    if (!surface || !this.motion.frame) return null;
     const { origin, direction } = ray;
-    return pick(this.surface.positions, this.surface.triangles, origin.toArray() as Vec3, direction.toArray() as Vec3);
+    const hit = pick(surface.positions, surface.triangles, origin.toArray() as Vec3, direction.toArray() as Vec3);
+    return hit && this.body.hides(new THREE.Vector3().fromArray(hit.point)) ? null : hit;
   }
 }

@@ -1,0 +1,126 @@
+// Someone opens another scene, records, downloads, looks back in time, and finds out that another page sees the same.
+
+import { readFileSync } from "node:fs";
+import type { Browser, Page } from "playwright-core";
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+
+import { startMockServer } from "./mock_server.mjs";
+import { difference, largestMove, launch, middle, open, pause, positions, screenshot, state, still } from "./support";
+
+let browser: Browser;
+let server: Awaited<ReturnType<typeof startMockServer>>;
+let page: Page;
+let problems: string[];
+
+beforeAll(async () => {
+  browser = await launch();
+  server = await startMockServer({ detail: 3 });
+  ({ page, problems } = await open(browser, server.url));
+});
+afterAll(async () => {
+  await browser.close();
+  await server.close();
+});
+
+describe("the timeline", () => {
+  it("shows the past while the present goes on, and comes back", async () => {
+    await page.waitForFunction(() => window.tetfront!.moments() > 40);
+    const target = 0.5 + Number(await page.getAttribute(".timeline", "min"));
+    await page.$eval(
+      ".timeline",
+      (slider, time) => {
+        (slider as HTMLInputElement).value = String(time);
+        slider.dispatchEvent(new Event("input"));
+      },
+      target,
+    );
+    await page.waitForFunction(() => window.tetfront!.state().scrub !== null);
+    await page.waitForTimeout(300);
+    const past = await page.evaluate(() => window.tetfront!.frame()!.time);
+    expect(Math.abs(past - target)).toBeLessThan(0.2);
+    const before = await positions(page);
+    const { time } = (await state(page)).simulation!;
+    await page.waitForTimeout(600);
+    expect(largestMove(before, await positions(page))).toBe(0);
+    expect((await state(page)).simulation!.time).toBeGreaterThan(time);
+    expect(await page.innerText(".pill")).toBe("looking back");
+    await screenshot(page, "looking_back");
+    await page.keyboard.press("l");
+    await page.waitForFunction((t) => window.tetfront!.frame()!.time > t, time);
+    expect(await page.isVisible("button.live")).toBe(false);
+  });
+});
+
+describe("recording", () => {
+  it("starts, counts, ends and is there to download", async () => {
+    await page.keyboard.press("v");
+    await page.waitForFunction(() => window.tetfront!.state().recording?.active);
+    expect(await page.getAttribute("button.record", "aria-label")).toBe("End the recording");
+    await page.waitForTimeout(400);
+    await page.keyboard.press("v");
+    await page.waitForFunction(() => window.tetfront!.state().recording?.active === false);
+    await page.click("[aria-controls=panel]");
+    await page.click("text=Recordings …");
+    await page.waitForSelector(".files a");
+    await screenshot(page, "recordings");
+    const [download] = await Promise.all([page.waitForEvent("download"), page.click(".files a")]);
+    expect(download.suggestedFilename()).toBe("mock-1.tfr");
+    expect(readFileSync(await download.path(), "utf8")).toBe("recording mock-1.tfr");
+    await page.keyboard.press("Escape");
+    await page.click("[aria-controls=panel]");
+  });
+});
+
+describe("two pages", () => {
+  it("see the same, and know of each other", async () => {
+    const { page: other } = await open(browser, server.url);
+    await page.waitForFunction(() => window.tetfront!.state().simulation?.viewers === 2);
+    expect(await page.innerText(".pill")).toContain("2 viewers");
+    await pause(page);
+    await still(other);
+    expect(largestMove(await positions(page), await positions(other))).toBe(0);
+    expect(difference(await middle(page), await middle(other))).toBeLessThan(0.01);
+    await other.close();
+    await page.waitForFunction(() => window.tetfront!.state().simulation?.viewers === 1);
+  });
+});
+
+describe("another scene", () => {
+  it("comes from a list of titles", async () => {
+    const vertices = (await positions(page)).length;
+    await page.keyboard.press("o");
+    await page.waitForSelector(".cards [aria-current]");
+    expect(await page.innerText(".cards [aria-current]")).toContain("open now");
+    await screenshot(page, "scenes");
+    await page.click("text=A coarser ball");
+    await page.waitForFunction(() => document.querySelector("h1")?.textContent === "A coarser ball (mock)");
+    await page.waitForFunction((n) => window.tetfront!.positions()!.length !== n || n === 258 * 3, vertices);
+    expect((await state(page)).settings?.forces).toEqual([]);
+  });
+
+  it("keeps memory flat over many changes", async () => {
+    const load = async (name: string) => {
+      server.simulation.load({ name, title: name, detail: 3 });
+      await page.waitForFunction(
+        (wanted) => window.tetfront!.state().hello?.scene.name === wanted && window.tetfront!.frame(),
+        name,
+      );
+      await still(page);
+    };
+    const used = async () => {
+      const session = await page.context().newCDPSession(page);
+      await session.send("HeapProfiler.collectGarbage");
+      const { usedSize } = await session.send("Runtime.getHeapUsage");
+      await session.detach();
+      return { heap: usedSize, gpu: await page.evaluate(() => window.tetfront!.memory()) };
+    };
+    for (let i = 0; i < 5; ++i) await load(`warm ${i}`);
+    const before = await used();
+    for (let i = 0; i < 50; ++i) await load(`scene ${i}`);
+    const after = await used();
+    expect(after.gpu).toEqual(before.gpu);
+    expect(after.heap / before.heap).toBeLessThan(1.15);
+  });
+
+  it("has had no errors", () => expect(problems).toEqual([]));
+});

@@ -1,0 +1,85 @@
+// What the mock does for the commands of server/PROTOCOL.md beyond playing and pulling.
+
+import { encodeFrame } from "./mock_wire.mjs";
+
+export const SCENES = [
+  { name: "mock", title: "Wobbling ball (mock)" },
+  { name: "coarse", title: "A coarser ball (mock)", detail: 3 },
+];
+
+/** Commands that change what "settings" says. */
+export function editCommand(simulation, { command, ...keys }) {
+  delete keys.id;
+  switch (command) {
+    case "force_add":
+      simulation.forces = [...simulation.forces.filter(({ force }) => force !== keys.force), keys];
+      break;
+    case "force_move":
+      if (!simulation.forces.some(({ force }) => force === keys.force))
+        return { code: "unknown_name", pointer: "/force", message: "there is no such force" };
+      simulation.forces = simulation.forces.map((force) =>
+        force.force === keys.force ? { ...force, ...keys } : force,
+      );
+      break;
+    case "force_remove":
+      simulation.forces = simulation.forces.filter(({ force }) => force !== keys.force);
+      break;
+    case "pin":
+    case "unpin":
+      simulation.pins = [...simulation.pins, { pinned: command === "pin", ...keys }];
+      break;
+    case "stiffness_scale":
+      simulation.stiffness = keys.value;
+      break;
+    case "damping":
+      simulation.damping = keys;
+      break;
+    case "order":
+      simulation.order = keys.value;
+      break;
+    case "budget":
+      simulation.budget = { tets: keys.tets ?? null, milliseconds: keys.milliseconds ?? null };
+      break;
+    default:
+      return undefined;
+  }
+  simulation.tell(simulation.settings());
+  simulation.broadcast();
+  return {};
+}
+
+/** Commands about colours, scenes and recordings. */
+export function keepCommand(simulation, viewer, { command, value, scene }) {
+  switch (command) {
+    case "colouring":
+      viewer.colouring = value;
+      viewer.socket.send(encodeFrame(simulation, value));
+      return {};
+    case "scenes":
+      return { scenes: SCENES };
+    case "load": {
+      const wanted = SCENES.find(({ name }) => name === scene);
+      if (!wanted) return { code: "unknown_name", pointer: "/scene", message: "there is no such scene" };
+      simulation.load(wanted);
+      return {};
+    }
+    case "recordings":
+      return { recordings: simulation.recordings };
+    case "record_start":
+      if (simulation.recording) return { code: "failed", pointer: "", message: "is recording already" };
+      simulation.recording = { name: `mock-${simulation.recordings.length + 1}.tfr`, frames: 0 };
+      simulation.tell(simulation.recordingState());
+      return {};
+    case "record_stop":
+      if (simulation.recording)
+        simulation.recordings = [
+          ...simulation.recordings,
+          { name: simulation.recording.name, bytes: 12_000 * simulation.recording.frames },
+        ];
+      simulation.recording = null;
+      simulation.tell(simulation.recordingState());
+      return {};
+    default:
+      return undefined;
+  }
+}

@@ -1,0 +1,59 @@
+// A phone: one finger pulls on the object or orbits beside it; a second one turns a pull into the camera's zoom.
+
+import type { Browser, CDPSession, Page } from "playwright-core";
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+
+import { startMockServer } from "./mock_server.mjs";
+import { launch, shown } from "./support";
+
+let browser: Browser;
+let server: Awaited<ReturnType<typeof startMockServer>>;
+let page: Page;
+let session: CDPSession;
+const sent = () => server.simulation.commands.map(({ command }: { command: string }) => command);
+const touch = (type: "touchStart" | "touchMove" | "touchEnd", ...points: [number, number][]) =>
+  session.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+
+beforeAll(async () => {
+  browser = await launch();
+  server = await startMockServer({ detail: 3 });
+  server.simulation.gravity = [0, 0, 0];
+  const context = await browser.newContext({ viewport: { width: 360, height: 640 }, hasTouch: true, isMobile: true });
+  page = await context.newPage();
+  await page.goto(`${server.url}?quality=low`);
+  await shown(page);
+  session = await context.newCDPSession(page);
+});
+afterAll(async () => {
+  await browser.close();
+  await server.close();
+});
+
+describe("touch", () => {
+  it("orbits beside the object without pulling", async () => {
+    const camera = () => page.evaluate(() => location.hash);
+    await touch("touchStart", [30, 150]);
+    await touch("touchMove", [80, 170]);
+    await touch("touchMove", [120, 180]);
+    await touch("touchEnd");
+    await page.waitForFunction(() => location.hash.includes("camera="));
+    expect(await camera()).toContain("camera=");
+    expect(sent()).toEqual([]);
+  });
+
+  it("pulls with one finger; a second one ends the pull and zooms", async () => {
+    await touch("touchStart", [180, 310]);
+    await touch("touchMove", [200, 300]);
+    await touch("touchMove", [230, 290]);
+    await page.waitForFunction(() => (window.tetfront!.frame()?.pulls.length ?? 0) > 0);
+    const before = await page.evaluate(() => location.hash);
+    await touch("touchStart", [230, 290], [130, 400]);
+    await page.waitForFunction(() => window.tetfront!.frame()?.pulls.length === 0);
+    await touch("touchMove", [250, 260], [110, 430]);
+    await touch("touchMove", [270, 230], [90, 460]);
+    await touch("touchEnd");
+    await page.waitForFunction((hash) => location.hash !== hash, before);
+    expect(sent().filter((command: string) => command === "pull_begin").length).toBe(1);
+    expect(sent().at(-1)).toBe("pull_end");
+  });
+});

@@ -1,0 +1,176 @@
+// The panels around the picture, and what opens and closes them.
+
+import { makeActions } from "./actions";
+import { bindings, listen } from "./keys";
+import type { Answer, Command } from "./messages";
+import { banner, pill } from "./panels/banner";
+import { byId, h, iconButton } from "./panels/dom";
+import { group } from "./panels/fields";
+import { helpSheet } from "./panels/help";
+import { legend } from "./panels/legend";
+import { recordingSheet, sceneSheet } from "./panels/library";
+import { loads } from "./panels/loads";
+import { physics } from "./panels/physics";
+import { plots } from "./panels/plots";
+import { status } from "./panels/status";
+import type { Toasts } from "./panels/toasts";
+import { toolbar } from "./panels/toolbar";
+import { view } from "./panels/view";
+import { download, fetchSnapshot, snapshotQuery } from "./snapshot";
+import { can } from "./store";
+import type { Store } from "./store";
+import type { Viewer } from "./viewer/viewer";
+
+export interface PageParts {
+  store: Store;
+  viewer: Viewer;
+  canvas: HTMLCanvasElement;
+  toasts: Toasts;
+  send: (command: Command) => void;
+  request: (command: Command) => Promise<Answer | null>;
+  retry: () => void;
+}
+
+export function buildPage(parts: PageParts): void {
+  const { store, viewer, canvas, send, request } = parts;
+  const actions = makeActions(store, send, viewer.rig, viewer.pins);
+  const scenes = sceneSheet(store, request);
+  const recordings = recordingSheet(request);
+  const plotCard = plots(store);
+  const panel = h("aside", {
+    className: "card panel",
+    id: "panel",
+    attributes: { "aria-label": "Numbers and settings" },
+  });
+  const docks = docking(viewer, panel, plotCard);
+  const keep = {
+    help: () => help.toggle(),
+    plots: docks.plots.toggle,
+    scenes: () => can(store.get(), "load") && scenes.open(),
+    snapshot: (source: "server" | "canvas") => void takePicture(parts, source),
+  };
+  const help = helpSheet(() => table);
+  const table = bindings(actions, keep);
+  listen(table);
+
+  panel.append(
+    status(store),
+    view(store),
+    ...physics(store, send),
+    loads(store, send),
+    keeping(store, keep.snapshot, recordings.open),
+  );
+  byId("chrome").append(
+    heading(store, scenes.open),
+    banner(store, { retry: parts.retry, reload: () => location.reload() }),
+    h(
+      "nav",
+      { className: "card corner", attributes: { "aria-label": "Page" } },
+      iconButton("home", "Whole object in view", "F", actions.home),
+      iconButton("camera", "Picture", "S", () => keep.snapshot("server")),
+      iconButton("theme", "Light or dark", "T", actions.toggleTheme),
+      iconButton("help", "Keys and gestures", "?", help.toggle),
+      docks.plots.button,
+      docks.panel.button,
+    ),
+    plotCard,
+    panel,
+    legend(store, () => viewer.gridSpacing),
+    toolbar(store, actions, send, () => viewer.history.range),
+  );
+  document.body.append(help.element, scenes.element, recordings.element);
+  store.watch(
+    (s) => s.link.status === "open",
+    (open) => canvas.classList.toggle("stale", !open),
+  );
+  // A button that was clicked would take the next Space for itself.
+  byId("chrome").addEventListener("click", (event) => {
+    if (event.detail > 0) (event.target as Element).closest("button")?.blur();
+  });
+}
+
+/** In a narrow window a dock is a sheet over the picture, one at a time; elsewhere the picture makes room for both. */
+function docking(viewer: Viewer, panel: HTMLElement, plotCard: HTMLElement) {
+  const isWide = () => innerWidth >= 720;
+  const cover = () =>
+    viewer.cover({
+      top: 58,
+      bottom: 66,
+      left: isWide() && !plotCard.hidden ? 284 : 0,
+      right: isWide() && !panel.hidden ? 284 : 0,
+    });
+  const dock = (element: HTMLElement, other: HTMLElement, icon: "panel" | "plots", label: string, key: string) => {
+    const toggle = () => show(element.hidden);
+    const button = iconButton(icon, label, key, toggle);
+    button.setAttribute("aria-controls", element.id);
+    const show = (visible: boolean) => {
+      element.hidden = !visible;
+      button.setAttribute("aria-expanded", String(visible));
+      if (visible && !isWide() && !other.hidden)
+        document.querySelector<HTMLButtonElement>(`[aria-controls=${other.id}]`)?.click();
+      cover();
+    };
+    return { button, toggle, show };
+  };
+  const docks = {
+    panel: dock(panel, plotCard, "panel", "Numbers and settings", "button"),
+    plots: dock(plotCard, panel, "plots", "Plots", "G"),
+  };
+  addEventListener("resize", cover);
+  docks.panel.show(isWide());
+  docks.plots.show(innerWidth >= 1100 && innerHeight >= 680);
+  return docks;
+}
+
+/** The scene's title, which opens the scenes where there are some, and the state of the connection. */
+function heading(store: Store, openScenes: () => void): HTMLElement {
+  const title = h("h1");
+  const button = iconButton("scenes", "Open another scene", "O", openScenes);
+  store.watch(
+    (s) => s.hello,
+    (hello) => {
+      const name = hello ? hello.scene.title || hello.scene.name : "tetfront";
+      title.textContent = title.title = name;
+      document.title = hello ? `${name} · tetfront` : "tetfront";
+    },
+  );
+  store.watch(
+    (s) => can(s, "load"),
+    (able) => (button.hidden = !able),
+  );
+  return h("header", { className: "card heading" }, button, title, pill(store));
+}
+
+function keeping(store: Store, snapshot: (source: "server" | "canvas") => void, recordings: () => void): HTMLElement {
+  const button = (text: string, onclick: () => void) => h("button", { type: "button", onclick }, text);
+  const list = button("Recordings …", recordings);
+  store.watch(
+    (s) => can(s, "record"),
+    (able) => (list.hidden = !able),
+  );
+  return group(
+    "Keep",
+    true,
+    h(
+      "div",
+      { className: "row wrap" },
+      button("Picture", () => snapshot("server")),
+      button("Canvas", () => snapshot("canvas")),
+      list,
+    ),
+  );
+}
+
+async function takePicture({ store, viewer, toasts }: PageParts, source: "server" | "canvas"): Promise<void> {
+  const state = store.get();
+  if (!state.hello) return;
+  const name = `${state.hello.scene.name}-${(state.simulation?.time ?? 0).toFixed(2)}s.png`;
+  try {
+    const blob =
+      source === "server" ? await fetchSnapshot(snapshotQuery(state, viewer.framing)) : await viewer.toBlob();
+    if (!blob) throw new Error("the canvas gave no picture");
+    download(blob, name);
+  } catch (error) {
+    toasts.show(`Picture: ${error instanceof Error ? error.message : String(error)}`);
+  }
+}

@@ -1,0 +1,177 @@
+// What one can change of the simulation. A change acts at once; a value that the server refuses goes back to the server's.
+
+import type { Command, Vec3 } from "../messages";
+import { can, isOpen } from "../store";
+import type { State, Store } from "../store";
+import { h } from "./dom";
+import { group, numberRow, resetButton, segments } from "./fields";
+import type { NumberField } from "./fields";
+
+type Send = (command: Command) => void;
+
+const gravityOf = (s: Readonly<State>): Vec3 | undefined => s.simulation?.gravity ?? s.hello?.gravity;
+const edits = (s: Readonly<State>): boolean => can(s, "edit");
+
+export function physics(store: Store, send: Send): HTMLElement[] {
+  const rows = [tolerance(store, send)];
+  const front = [
+    ...rows.map((field) => numberRow(store, field)),
+    ...budgets(store, send).map((field) => numberRow(store, field)),
+    order(store, send),
+  ];
+  const material = [gravity(store, send), ...materials(store, send).map((field) => numberRow(store, field))];
+  return [group("Accuracy and cost", true, ...front), group("Physics", true, ...material)];
+}
+
+function tolerance(store: Store, send: Send): NumberField {
+  return {
+    label: "Tolerance",
+    unit: "%",
+    spoken: "percent",
+    title: "The front is refined until the estimated error is below this; smaller is more accurate and slower",
+    low: 1e-4,
+    high: 100,
+    slider: "logarithmic",
+    now: (s) => percent(s.simulation?.tolerance ?? s.hello?.tolerance),
+    scene: (s) => percent(s.hello?.tolerance),
+    change: (value) => value !== null && send({ command: "tolerance", value: value / 100 }),
+    enabled: (s) => isOpen(s) && !store.get().hello?.recording,
+  };
+}
+
+const percent = (x: number | undefined): number | undefined => (x === undefined ? undefined : 100 * x);
+
+function budgets(store: Store, send: Send): NumberField[] {
+  const change = (key: "tets" | "milliseconds") => (value: number | null) => {
+    const now = {
+      ...store.get().settings?.budget,
+      [key]: key === "tets" && value !== null ? Math.round(value) : value,
+    };
+    send({
+      command: "budget",
+      ...(typeof now.tets === "number" ? { tets: now.tets } : {}),
+      ...(typeof now.milliseconds === "number" ? { milliseconds: now.milliseconds } : {}),
+    });
+  };
+  const field = (
+    key: "tets" | "milliseconds",
+    label: string,
+    unit: string,
+    low: number,
+    high: number,
+  ): NumberField => ({
+    label,
+    unit,
+    title: "The front takes the best it can get within it; the error estimate says what that leaves",
+    low,
+    high,
+    optional: true,
+    now: (s) => s.settings?.budget[key],
+    scene: (s) => s.initialSettings?.budget[key],
+    change: change(key),
+    enabled: edits,
+  });
+  return [
+    field("tets", "Budget of tetrahedra", "tets", 1, 2 ** 28),
+    field("milliseconds", "Budget of time", "ms/step", 0, 1e6),
+  ];
+}
+
+function order(store: Store, send: Send): HTMLElement {
+  const choice = segments(
+    store,
+    "Order of the tetrahedra",
+    [
+      { value: 1, label: "Linear" },
+      { value: 2, label: "Quadratic" },
+    ],
+    (s) => s.settings?.order ?? s.hello?.order,
+    (value) => send({ command: "order", value }),
+  );
+  store.watch(edits, (on) => choice.inputs.forEach((input) => (input.disabled = !on)));
+  return h("div", { className: "value" }, h("span", { className: "name" }, "Order"), choice.element);
+}
+
+function materials(store: Store, send: Send): NumberField[] {
+  const damping = (key: "mass" | "stiffness") => (value: number | null) => {
+    const now = store.get().settings?.damping ?? { mass: 0, stiffness: 0 };
+    if (value !== null) send({ command: "damping", ...now, [key]: value });
+  };
+  return [
+    {
+      label: "Stiffness scale",
+      unit: "×",
+      title: "Times the scene's stiffness, everywhere",
+      low: 0.01,
+      high: 100,
+      slider: "logarithmic",
+      now: (s) => s.settings?.stiffness_scale,
+      scene: (s) => (s.settings ? 1 : undefined),
+      change: (value) => value !== null && send({ command: "stiffness_scale", value }),
+      enabled: edits,
+    },
+    {
+      label: "Damping by mass",
+      unit: "1/s",
+      title: "Rayleigh damping, on top of the materials' own: slows all motion",
+      low: 0,
+      high: 1000,
+      now: (s) => s.settings?.damping.mass,
+      scene: (s) => s.initialSettings?.damping.mass,
+      change: damping("mass"),
+      enabled: edits,
+    },
+    {
+      label: "Damping by stiffness",
+      unit: "s",
+      title: "Rayleigh damping, on top of the materials' own: slows vibrations",
+      low: 0,
+      high: 10,
+      now: (s) => s.settings?.damping.stiffness,
+      scene: (s) => s.initialSettings?.damping.stiffness,
+      change: damping("stiffness"),
+      enabled: edits,
+    },
+  ];
+}
+
+function gravity(store: Store, send: Send): HTMLElement {
+  const change = (value: Vec3) => send({ command: "gravity", value });
+  const inputs = ["x", "y", "z"].map((axis) =>
+    h("input", {
+      type: "number",
+      step: "any",
+      min: "-10000",
+      max: "10000",
+      onchange: () => {
+        if (inputs.every((input) => input.value !== "" && input.reportValidity()))
+          change(inputs.map((input) => Number(input.value)) as unknown as Vec3);
+        else show();
+      },
+      attributes: { "aria-label": `Gravity along ${axis} in metres per second squared` },
+    }),
+  );
+  const reset = resetButton("Gravity", () => {
+    const value = store.get().hello?.gravity;
+    if (value) change(value);
+  });
+  const show = () => {
+    const value = gravityOf(store.get());
+    if (value) inputs.forEach((input, i) => (input.value = String(Number(value[i].toPrecision(6)))));
+    reset.hidden = value?.join() === store.get().hello?.gravity.join();
+  };
+  store.watch((s) => `${gravityOf(s)} ${s.hello?.gravity}`, show);
+  store.watch(isOpen, (open) => [...inputs, reset].forEach((element) => (element.disabled = !open)));
+  return h(
+    "div",
+    { className: "value" },
+    h("span", { className: "name" }, "Gravity ", h("small", {}, "m/s²"), reset),
+    h(
+      "div",
+      { className: "row three" },
+      ...inputs.map((input, i) =>
+        h("label", { className: "field" }, h("span", { className: "axis" }, "xyz"[i]), input),
+      ),
+    ),
+  );
+}

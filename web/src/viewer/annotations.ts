@@ -1,0 +1,71 @@
+// What lies over the object: pulls, forces that stay, pins.
+
+import type { Force, Vec3 } from "../messages";
+import type { Frame } from "../protocol";
+import type { State } from "../store";
+import type { Band } from "./bands";
+import type { ForceHand } from "./forces";
+import { surfacePoint } from "./pick";
+import type { Grip } from "./pull";
+import type { SurfaceMesh } from "./surface";
+
+/** All forces, the one that is held as the hand has it, each with its place on the surface now. */
+export function forcesOf(
+  { settings }: Readonly<State>,
+  surface: SurfaceMesh | null,
+  hand: ForceHand,
+): { force: Force; at: Vec3 }[] {
+  if (!surface) return [];
+  const { held } = hand;
+  const others = (settings?.forces ?? []).filter(({ force }) => force !== held?.force);
+  const count = surface.triangles.length / 3;
+  return [...others, ...(held ? [held] : [])]
+    .filter(({ triangle }) => triangle < count)
+    .map((force) => ({
+      force,
+      at: surfacePoint(surface.positions, surface.triangles, force.triangle, force.barycentric),
+    }));
+}
+
+export function annotations(
+  state: Readonly<State>,
+  frame: Frame | null,
+  surface: SurfaceMesh | null,
+  grip: Grip | null,
+  hand: ForceHand,
+): Band[] {
+  if (!surface) return [];
+  const bands = pulls(frame, surface, grip);
+  for (const { force, at } of forcesOf(state, surface, hand)) {
+    const kind = force.force === state.selectedForce ? "selected" : "force";
+    bands.push({ from: at, to: hand.tip(at, force.value), force: Math.hypot(...force.value), kind });
+  }
+  for (const { triangle, barycentric, pinned } of state.settings?.pins ?? []) {
+    if (!pinned || 3 * triangle >= surface.triangles.length) continue;
+    const at = surfacePoint(surface.positions, surface.triangles, triangle, barycentric);
+    bands.push({ from: at, to: at, force: null, kind: "pin" });
+  }
+  return bands;
+}
+
+/** The own pull follows the pointer at once; its force is the server's, from the frame's nearest pull. */
+function pulls(frame: Frame | null, surface: SurfaceMesh, grip: Grip | null): Band[] {
+  const bands: Band[] = [];
+  const data = frame?.pulls ?? new Float32Array(0);
+  for (let i = 0; i < data.length; i += 7)
+    bands.push({
+      from: [data[i], data[i + 1], data[i + 2]],
+      to: [data[i + 3], data[i + 4], data[i + 5]],
+      force: data[i + 6],
+      kind: "other",
+    });
+  if (!grip) return bands;
+  const from = surfacePoint(surface.positions, surface.triangles, grip.triangle, grip.barycentric);
+  const away = (band: Band) => Math.hypot(...band.from.map((x, i) => x - from[i]));
+  const mine = grip.begun
+    ? bands.reduce((best, band, i) => (i === 0 || away(band) < away(bands[best]) ? i : best), 0)
+    : -1;
+  const force = mine >= 0 && bands.length > 0 ? bands.splice(mine, 1)[0].force : null;
+  bands.unshift({ from, to: grip.target, force, kind: "own" });
+  return bands;
+}
