@@ -110,6 +110,7 @@ void ElementSet::build(const Front& front, const TetMaterials& materials) {
     nodal_.resize(batches_.size() * n * 3 * pack_size);
     strains_.resize(batches_.size() * static_cast<std::size_t>(points()) * 6 * pack_size);
     energies_.assign(batches_.size() * pack_size, 0);
+    motions_.assign(batches_.size() * pack_size, 0);
     least_stretch_.assign(batches_.size() * pack_size, 1);
 
     // Incidence: for each vertex of the front the nodal results that belong to it, in element order.
@@ -160,7 +161,7 @@ void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
         core = material_blocks(c, g);
     }
 
-    Pack energy(0), least(1e300);
+    Pack energy(0), motion(0), least(1e300);
     for (int q = 0; q < O::points; ++q) {
         const Svd3<Pack> d = svd3(deformation_gradient<Order>(x, q, g));
         least = select(d.s[2] < least, d.s[2], least);
@@ -178,6 +179,7 @@ void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
                 strain_rate[m] = m < 3 ? rate(i, i) : rate(i, j) + rate(j, i);
             }
             const V6<Pack> viscous = hooke(c, strain_rate);
+            motion += Pack(weight * e.force_scale) * volume * stiffness_damping * dot(strain_rate, viscous);
             for (std::size_t m = 0; m < 6; ++m) stress[m] += stiffness_damping * viscous[m];
         }
 
@@ -224,13 +226,22 @@ void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
             for (std::size_t i = 0; i < nodes; ++i)
                 for (std::size_t a = 0; a < 3; ++a) u[i][a] += Pack(e.force_scale) * mass_damping * xdot[i][a];
         }
+        Pack inertial(0);
         for (std::size_t i = 0; i < nodes; ++i) {
+            V3<Pack> impulse = {Pack(0), Pack(0), Pack(0)};
             for (std::size_t j = 0; j < nodes; ++j) {
                 const Pack m = mass * Pack(O::mass(static_cast<int>(i), static_cast<int>(j)));
-                for (std::size_t a = 0; a < 3; ++a) nodal[i][a] -= m * u[j][a];
+                for (std::size_t a = 0; a < 3; ++a) impulse[a] += m * u[j][a];
+            }
+            for (std::size_t a = 0; a < 3; ++a) {
+                inertial += u[i][a] * impulse[a];
+                nodal[i][a] -= impulse[a];
             }
         }
+        // u = (v - v0) - h g + h c v has the derivative 1 + h c, c the mass damping.
+        motion += inertial / (Pack(1) + Pack(e.force_scale) * mass_damping);
     }
+    store(motion, &motions_[b * pack_size]);
     for (std::size_t i = 0; i < nodes; ++i)
         for (std::size_t a = 0; a < 3; ++a) store(nodal[i][a], &nodal_[((b * nodes + i) * 3 + a) * pack_size]);
 
@@ -282,6 +293,12 @@ double ElementSet::energy() const {
     double twice = 0;
     for (double e : energies_) twice += e;
     return twice / 2;
+}
+
+double ElementSet::potential() const {
+    double twice = 0;
+    for (double m : motions_) twice += m;
+    return energy() + twice / 2;
 }
 
 int ElementSet::inverted() const {

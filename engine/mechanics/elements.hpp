@@ -53,6 +53,10 @@ class ElementSet {
     void accumulate(PerVertex<Vec3>& f) const;
     /// Elastic energy of the last evaluation [J].
     [[nodiscard]] double energy() const;
+    /// What the nodal results of the last evaluation are minus the derivative of [J], with u the inertia, h the force
+    /// scale, D the damping with rotations and velocities as they are: per unit of force,
+    ///     elastic energy + (h/2) v^T D v + u^T M u / 2         (the incremental potential of an implicit step).
+    [[nodiscard]] double potential() const;
     /// Active tets whose determinant of F is not positive at some quadrature point in the last evaluation.
     [[nodiscard]] int inverted() const;
 
@@ -106,6 +110,7 @@ class ElementSet {
     std::vector<double> nodal_;     // [batch][node][3][lane]
     std::vector<double> strains_;   // [batch][point][6][lane]
     std::vector<double> energies_;  // [batch][lane] twice the energy
+    std::vector<double> motions_;   // [batch][lane] twice what potential() adds to it
     std::vector<double> least_stretch_;  // [batch][lane] smallest stretch over the points; negative: inverted
     std::vector<float> blocks_;     // [batch][block][9][lane]
     std::vector<VertexId> vertices_;               // of the front

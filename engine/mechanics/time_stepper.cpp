@@ -15,7 +15,8 @@ void TimeStepper::build(const Front& front, const ElementSet& elements, const Te
 
 void TimeStepper::save(const Front& front, const State& state) {
     saved_.clear();
-    for (VertexId v : front.vertices()) saved_.push_back({state.x[v], state.v[v], state.a[v]});
+    for (VertexId v : front.vertices()) saved_.push_back({state.x[v], state.v[v], state.a[v], state.earlier_x[v], state.earlier_v[v]});
+    had_earlier_ = state.has_earlier;
 }
 
 void TimeStepper::undo(const Front& front, State& state) const {
@@ -24,7 +25,10 @@ void TimeStepper::undo(const Front& front, State& state) const {
         state.x[v] = saved_[i].x;
         state.v[v] = saved_[i].v;
         state.a[v] = saved_[i].a;
+        state.earlier_x[v] = saved_[i].earlier_x;
+        state.earlier_v[v] = saved_[i].earlier_v;
     }
+    state.has_earlier = had_earlier_;
 }
 
 /// Some vertex has left the others behind by several times the object's size since the step began: linearised steps
@@ -47,6 +51,7 @@ Advance TimeStepper::advance(const Front& front, ElementSet& elements, State& st
         s.time_step /= a.parts;
         bool sound = true;
         a.converged = true;
+        if (a.parts > 1) state.has_earlier = false;  // one whole step earlier, not one part
         for (int part = 0; part < a.parts && sound; ++part) {
             loads_.forces.clear();
             loads_.springs.clear();
@@ -54,15 +59,20 @@ Advance TimeStepper::advance(const Front& front, ElementSet& elements, State& st
             const ImplicitReport one = implicit_.step(front, elements, state, loads_, s);
             sound = one.finite && !torn_apart(front, state, size);
             a.converged = a.converged && one.converged;
+            a.rescued = a.rescued || one.rescued;
             a.newton_iterations += one.newton_iterations;
             a.solver_iterations += one.solver_iterations;
             a.residual = one.residual;
             a.assemble_milliseconds += one.assemble_milliseconds;
             a.solve_milliseconds += one.solve_milliseconds;
         }
-        if (sound) return a;
+        if (sound) {
+            if (a.parts > 1) state.has_earlier = false;
+            return a;
+        }
         undo(front, state);
     }
+    state.has_earlier = false;
     elements.evaluate({.x = state.x});
     a.done = false;
     return a;

@@ -24,6 +24,7 @@ struct Advance {
     bool converged = true;  // every solve of the last try reached its tolerance
     int newton_iterations = 0;
     int solver_iterations = 0;
+    bool rescued = false;   // a linearised step was not sound, Newton went on
     double residual = 0;    // of the last linear solve, relative
     double assemble_milliseconds = 0, solve_milliseconds = 0;
 };
@@ -40,7 +41,7 @@ class TimeStepper {
 
  private:
     struct Saved {
-        Vec3 x, v, a;
+        Vec3 x, v, a, earlier_x, earlier_v;
     };
     void save(const Front& front, const State& state);
     void undo(const Front& front, State& state) const;
@@ -48,6 +49,7 @@ class TimeStepper {
 
     Implicit implicit_;
     Loads loads_;
+    bool had_earlier_ = false;
     std::vector<Saved> saved_;  // [vertices of the front] before the step
 };
 

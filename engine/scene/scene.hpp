@@ -68,7 +68,7 @@ struct EstimationSpec {
     double relative_tolerance = 1e-2;  // T1 of [Imai] (4)
     double stress_tolerance = 1e-4;    // T2 of (5), relative to sqrt(C_jj C_mm)
 };
-enum class Scheme { backward_euler, midpoint };
+enum class Scheme { backward_euler, midpoint, bdf2 };
 
 struct FrontSpec {
     int order = 2;             // 1: linear tets, 2: quadratic tets on the tree's own vertices; without levels 1

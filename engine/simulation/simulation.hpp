@@ -113,6 +113,10 @@ class Simulation {
     void set_tolerance(double tolerance);                    // (0, 1]
     void set_budget(std::size_t tets, double milliseconds);  // per step, as FrontSpec; milliseconds 0: no limit
 
+    /// Puts the front's vertices at x with velocities v; hanging and pinned ones go where they must. x, v: [V of the tree]
+    /// [m], [m/s]. Throws InputError for numbers that are not finite, and then changes nothing.
+    void place(const PerVertex<Vec3>& x, const PerVertex<Vec3>& v);
+
     /// Positions of all vertices of the tree, interpolated where nothing is simulated. Cost: the tree.
     [[nodiscard]] PerVertex<Vec3> all_positions() const;
     /// Of all active tets; linear [kg m/s] and angular about the origin [kg m^2/s].

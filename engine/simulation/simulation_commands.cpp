@@ -91,6 +91,15 @@ PerVertex<Vec3> Simulation::all_positions() const {
     return x;
 }
 
+void Simulation::place(const PerVertex<Vec3>& x, const PerVertex<Vec3>& v) {
+    Impl& s = *impl_;
+    const std::size_t n = s.model->tree.vertex_count();
+    if (x.size() != n || v.size() != n) throw InputError("", "/place", "does not have one vector for each vertex of the tree", "use " + std::to_string(n));
+    for (VertexId i : s.front.vertices())
+        if (!x[i].allFinite() || !v[i].allFinite()) throw InputError("", "/place", "is not finite", "use finite positions and velocities");
+    s.place(x, v);
+}
+
 ElementSet::Momentum Simulation::momentum() const { return impl_->elements.momentum(impl_->state.x, impl_->state.v); }
 
 Simulation::Energy Simulation::energy() const {
@@ -104,6 +113,10 @@ std::uint64_t Simulation::hash() const {
     for (TetId t : s.front.active()) hash.add(t.value);
     for (VertexId v : s.front.vertices())
         for (const PerVertex<Vec3>* field : {&s.state.x, &s.state.v, &s.state.a}) hash.add_bytes((*field)[v].data(), 3 * sizeof(double));
+    if (s.settings.rule == ImplicitRule::bdf2 && s.state.has_earlier) {
+        for (VertexId v : s.front.vertices())
+            for (const PerVertex<Vec3>* field : {&s.state.earlier_x, &s.state.earlier_v}) hash.add_bytes((*field)[v].data(), 3 * sizeof(double));
+    }
     return hash.value();
 }
 

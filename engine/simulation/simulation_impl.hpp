@@ -19,6 +19,7 @@ struct Simulation::Impl {
 
     /// State at rest on the front as it is, at time 0.
     void start();
+    void place(const PerVertex<Vec3>& x, const PerVertex<Vec3>& v);
     StepReport step();
 
     /// The parts of a report that describe the present state.

@@ -7,6 +7,14 @@
 
 namespace tetfront {
 
+namespace {
+ImplicitRule rule_of(Scheme scheme) {
+    if (scheme == Scheme::midpoint) return ImplicitRule::midpoint;
+    if (scheme == Scheme::bdf2) return ImplicitRule::bdf2;
+    return ImplicitRule::backward_euler;
+}
+}  // namespace
+
 Simulation::Impl::Impl(std::shared_ptr<const Model> m, const FrontSpec& spec)
     : model(std::move(m)),
       front(model->tree, spec.order, spec.min_level, spec.max_level),
@@ -20,7 +28,7 @@ Simulation::Impl::Impl(std::shared_ptr<const Model> m, const FrontSpec& spec)
     budget_milliseconds = spec.budget_milliseconds;
     for (TetId t : model->tree.level(0)) adapt_settings.energy_floor += 1e-8 * model->tree.volume(t) * model->matrices.elasticity[t](0, 0);
     settings.time_step = scene.time_step;
-    settings.midpoint = scene.solver.scheme == Scheme::midpoint;
+    settings.rule = rule_of(scene.solver.scheme);
     settings.newton_iterations = scene.solver.newton_iterations;
     settings.newton_tolerance = scene.solver.newton_tolerance;
     settings.pcg = {scene.solver.cg_tolerance, scene.solver.cg_iterations};
@@ -41,6 +49,18 @@ void Simulation::Impl::start() {
     }
     resolve_pins();
     rebuild();
+    elements.evaluate({.x = state.x});
+    adaptivity.measure(front, elements, state.x, 0, 0, adapt_settings);
+    describe(report);
+}
+
+void Simulation::Impl::place(const PerVertex<Vec3>& x, const PerVertex<Vec3>& v) {
+    for (VertexId i : front.vertices()) {
+        state.rest_at(i, x[i]);
+        state.v[i] = v[i];
+    }
+    state.has_earlier = false;
+    transfer({});
     elements.evaluate({.x = state.x});
     adaptivity.measure(front, elements, state.x, 0, 0, adapt_settings);
     describe(report);
