@@ -2,6 +2,7 @@
 
 #include "engine/base/error.hpp"
 #include "engine/mechanics/cell_fit.hpp"
+#include "engine/mechanics/cell_samples.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -186,13 +187,19 @@ double valid_end(const Mat6& c, int m, const std::vector<Sample>& side, const Li
     return alpha;
 }
 
+/// Mean of the children's diagonal entries: the unit of stress that cells compute in.
+double unit_stress(const std::array<Sym6, 8>& children) {
+    double stiffness = 0;
+    for (const Sym6& c : children) stiffness += c.matrix().trace() / 48;
+    return stiffness;
+}
+
 template <int Modes>
 SampledCell sample(const ModeTable<Modes>& modes, const Sym6& tangent_matrix,
                    const Eigen::Matrix<double, 3, 4>& gradients, const std::array<Sym6, 8>& children,
                    const std::array<StrainRange, 8>* child_ranges, const SamplingSettings& settings) {
     using C = Cell<Modes>;
-    double stiffness = 0;
-    for (const Sym6& c : children) stiffness += c.matrix().trace() / 48;
+    const double stiffness = unit_stress(children);
     const C cell(modes, gradients, children, stiffness);
     const Mat6 tangent = tangent_matrix.matrix() / stiffness;
     // T2 of each pair in units of its own stiffnesses: one number for all would swallow the shear of nearly
@@ -268,7 +275,45 @@ SampledCell sample(const ModeTable<Modes>& modes, const Sym6& tangent_matrix,
     return result;
 }
 
+template <int Modes>
+std::vector<CellSample> curve(const ModeTable<Modes>& modes, const Eigen::Matrix<double, 3, 4>& gradients,
+                              const std::array<Sym6, 8>& children, int m, std::span<const double> alphas) {
+    using C = Cell<Modes>;
+    const double stiffness = unit_stress(children);
+    const C cell(modes, gradients, children, stiffness);
+    typename C::State state;
+    cell.evaluate(Mat3::Identity(), C::Vector::Zero(), state);
+    const Eigen::LLT<typename C::Matrix> rest_factor(cell.hessian(state, false));
+    ENSURE(rest_factor.info() == Eigen::Success, "cell problem is not positive definite");
+    std::vector<CellSample> samples;
+    int iterations = 0;
+    for (const double alpha : alphas) {
+        ENSURE(alpha != 0 && std::abs(alpha) < 0.49, "alpha ", alpha);
+        auto factor = rest_factor;
+        typename C::Vector q = C::Vector::Zero();
+        const Mat3 f = stretch(m, alpha);
+        if (cell.relax(f, q, state, factor, std::max(1e-7 * std::abs(alpha), 1e-14), iterations))
+            samples.push_back({alpha, stiffness * cell.mean_stress(f, state)});
+    }
+    return samples;
+}
+
 }  // namespace
+
+std::vector<CellSample> sample_curve(CellProblem problem, const Eigen::Matrix<double, 3, 4>& gradients,
+                                     const std::array<Sym6, 8>& children, int m, std::span<const double> alphas) {
+    switch (problem) {
+        case CellProblem::mean_strain:
+            return curve(mean_strain_modes(), gradients, children, m, alphas);
+        case CellProblem::isolated:
+            return curve(isolated_modes(), gradients, children, m, alphas);
+        case CellProblem::uniform_stress:
+            return curve(uniform_stress_modes(), gradients, children, m, alphas);
+        case CellProblem::average:
+            break;
+    }
+    ENSURE(false, "average needs no samples");
+}
 
 SampledCell sample_cell(CellProblem problem, const Eigen::Matrix<double, 3, 4>& gradients,
                         const std::array<Sym6, 8>& children, const std::array<StrainRange, 8>* child_ranges,

@@ -36,33 +36,46 @@ std::string number(double value, const char* format = "%.6g") {
     return text;
 }
 
-bool drawable(const Chart::Point& p) { return p.x > 0 && p.y > 0 && std::isfinite(p.x) && std::isfinite(p.y); }
-
-/// One logarithmic axis: from values to pixels, and where its ticks are.
+/// One axis: from values to pixels, and where its ticks are.
 class Axis {
  public:
-    Axis(double begin, double end) : begin_(begin), end_(end) {}
+    Axis(double begin, double end, bool logarithmic) : begin_(begin), end_(end), logarithmic_(logarithmic) {}
+    [[nodiscard]] bool has(double value) const { return std::isfinite(value) && (value > 0 || !logarithmic_); }
     void cover(double value) {
         low_ = std::min(low_, value);
         high_ = std::max(high_, value);
     }
-    /// Some air on both sides; at least half a decade.
+    /// Some air on both sides; on a logarithmic axis at least half a decade.
     void round() {
         if (!(low_ <= high_)) low_ = high_ = 1;
+        if (!logarithmic_) {
+            const double air = high_ > low_ ? 0.04 * (high_ - low_) : std::max(std::abs(low_), 1.0);
+            low_ = low_ >= 0 && low_ <= 4 * air ? 0 : low_ - air;  // from 0 where that is near
+            high_ += air;
+            return;
+        }
         const double air = std::max(0.06 * std::log10(high_ / low_), 0.15);
         low_ *= std::pow(10, -air);
         high_ *= std::pow(10, air);
     }
     [[nodiscard]] double at(double value) const {
+        if (!logarithmic_) return begin_ + (end_ - begin_) * (value - low_) / (high_ - low_);
         return begin_ + (end_ - begin_) * std::log(value / low_) / std::log(high_ / low_);
     }
     struct Tick {
         double value;
         bool labelled;
     };
-    /// 1, 2, 5 of each decade have numbers while there are few decades, later the powers of ten only.
+    /// 1, 2, 5 of each decade have numbers while there are few decades, later the powers of ten only. A linear axis has
+    /// five to ten round numbers.
     [[nodiscard]] std::vector<Tick> ticks() const {
         std::vector<Tick> result;
+        if (!logarithmic_) {
+            const double power = std::pow(10, std::floor(std::log10((high_ - low_) / 5))), most = (high_ - low_) / 5 / power;
+            const double step = power * (most >= 5 ? 5 : most >= 2 ? 2 : 1);
+            for (double n = std::ceil(low_ / step); n * step <= high_; ++n) result.push_back({n * step, true});
+            return result;
+        }
         const double decades = std::log10(high_ / low_);
         for (int e = static_cast<int>(std::floor(std::log10(low_))); e <= static_cast<int>(std::ceil(std::log10(high_))); ++e) {
             for (int digit = 1; digit <= 9; ++digit) {
@@ -78,12 +91,14 @@ class Axis {
 
  private:
     double begin_, end_;  // [pixels]
-    double low_ = std::numeric_limits<double>::infinity(), high_ = 0;
+    bool logarithmic_;
+    double low_ = std::numeric_limits<double>::infinity(), high_ = -low_;
 };
 
 class Drawing {
  public:
-    explicit Drawing(const Chart& chart) : chart_(chart) {
+    explicit Drawing(const Chart& chart)
+        : chart_(chart), x_(left, width - right, chart.logarithmic_x), y_(height - bottom, top, chart.logarithmic_y) {
         for (const Chart::Series& s : chart.series) {
             for (const Chart::Point& p : s.points) {
                 if (!drawable(p)) continue;
@@ -92,7 +107,7 @@ class Drawing {
             }
         }
         for (const Chart::Rule& r : chart.rules)
-            if (r.x > 0 && std::isfinite(r.x)) x_.cover(r.x);
+            if (x_.has(r.x)) x_.cover(r.x);
         x_.round();
         y_.round();
     }
@@ -113,6 +128,9 @@ class Drawing {
     }
 
  private:
+    [[nodiscard]] bool drawable(const Chart::Point& p) const { return x_.has(p.x) && y_.has(p.y); }
+    [[nodiscard]] static const char* dashes(const Chart::Series& s) { return s.dashed ? " stroke-dasharray=\"7 4\"" : ""; }
+
     void text(double x, double y, const std::string& what, const std::string& attributes = "") {
         if (what.empty()) return;
         out_ << "<text x=\"" << number(x) << "\" y=\"" << number(y) << "\" " << attributes << '>' << escape(what) << "</text>\n";
@@ -141,7 +159,7 @@ class Drawing {
     }
 
     void rule(const Chart::Rule& r) {
-        if (!(r.x > 0) || !std::isfinite(r.x)) return;
+        if (!x_.has(r.x)) return;
         const double x = x_.at(r.x);
         line(x, top, x, height - bottom, "stroke=\"#555\" stroke-dasharray=\"6 4\"");
         out_ << "<text transform=\"translate(" << number(x - 6) << ' ' << height - bottom - 10 << ") rotate(-90)\" fill=\"#555\">"
@@ -161,11 +179,12 @@ class Drawing {
     void series(const Chart::Series& s, std::size_t index) {
         const std::string colour = colours[index % colours.size()];
         if (s.line) {
-            out_ << "<polyline fill=\"none\" stroke=\"" << colour << "\" stroke-width=\"2\" points=\"";
+            out_ << "<polyline fill=\"none\" stroke=\"" << colour << "\" stroke-width=\"2\"" << dashes(s) << " points=\"";
             for (const Chart::Point& p : s.points)
                 if (drawable(p)) out_ << number(x_.at(p.x)) << ',' << number(y_.at(p.y)) << ' ';
             out_ << "\"/>\n";
         }
+        if (s.line && !s.markers) return;
         for (std::size_t i = 0; i < s.points.size(); ++i) {
             if (!drawable(s.points[i])) continue;
             const double x = x_.at(s.points[i].x), y = y_.at(s.points[i].y);
@@ -190,15 +209,16 @@ class Drawing {
         constexpr double x = width - right + 14, row = 22;
         for (std::size_t i = 0; i < chart_.series.size(); ++i) {
             const double y = top + 12 + row * static_cast<double>(i);
-            if (chart_.series[i].line)
-                line(x, y, x + 20, y, std::string("stroke-width=\"2\" stroke=\"") + colours[i % colours.size()] + "\"");
-            marker(x + 10, y, i, chart_.series[i].line);
-            text(x + 28, y + 4.5, chart_.series[i].name, "font-size=\"12\"");
+            const Chart::Series& s = chart_.series[i];
+            if (s.line)
+                line(x, y, x + 20, y, std::string("stroke-width=\"2\" stroke=\"") + colours[i % colours.size()] + "\"" + dashes(s));
+            if (!s.line || s.markers) marker(x + 10, y, i, s.line);
+            text(x + 28, y + 4.5, s.name, "font-size=\"12\"");
         }
     }
 
     const Chart& chart_;
-    Axis x_{left, width - right}, y_{height - bottom, top};
+    Axis x_, y_;
     std::ostringstream out_;
 };
 

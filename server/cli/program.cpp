@@ -43,12 +43,13 @@ int run_checked(int argc, const char* const* argv) {
     add_study(program, action);
     add_info(program, action);
     add_import(program, action);
+    add_paper(program, action);
     for (CLI::App* command : program.get_subcommands({})) command->footer(exit_statuses);
     // CLI11 would only say that a command is missing.
     const auto is_named = [&](const CLI::App* command) { return command->check_name(argv[1]); };
     if (argc > 1 && argv[1][0] != '-' && std::ranges::none_of(program.get_subcommands({}), is_named)) {
         return fail(exit_bad_input, "there is no command '" + std::string(argv[1]) +
-                                        "'; use serve, render, record, run, study, info or import, see tetfront --help");
+                                        "'; use serve, render, record, run, study, info, import or paper, see tetfront --help");
     }
     try {
         program.parse(argc, argv);

@@ -42,7 +42,7 @@ class Sweep {
     }
 
     /// `steps` more steps of every run.
-    void advance(int steps, bool last_block) {
+    void advance(int steps, bool last_block, const SweepObserver& observer) {
         const auto compared = [&](int i) { return (i + 1) % compare_every == 0 || (last_block && i + 1 == steps); };
         comparisons_ += (steps + (last_block ? compare_every - 1 : 0)) / compare_every;
         for (std::size_t r = 0; r < runs_.size(); ++r) {
@@ -50,6 +50,7 @@ class Sweep {
             if (reference) snapshots_[r].resize(static_cast<std::size_t>(steps));
             for (int n = 0; n < steps; ++n) {
                 count(r, simulations_[r].step());
+                if (observer) observer(r, static_cast<int>(results_[r].step_tets.size()), simulations_[r]);
                 if (!compared(n)) continue;
                 const auto i = static_cast<std::size_t>(n);
                 PerVertex<Vec3> x = simulations_[r].all_positions();
@@ -85,6 +86,7 @@ class Sweep {
         for (const std::uint32_t n : report.tets_by_level) tets += n;
         result.milliseconds += milliseconds;
         result.step_milliseconds.push_back(milliseconds);
+        result.step_tets.push_back(tets);
         result.tets += static_cast<double>(tets);
         result.most_tets = std::max(result.most_tets, tets);
         result.estimate += report.estimate;
@@ -114,6 +116,7 @@ class Sweep {
         const Difference d = difference(x, reference.x, runs_[0].model->size);
         error.mean += d.mean;
         error.max = std::max(error.max, d.max);
+        error.steps.push_back({d.mean, d.max});
         const double relative = reference.displacement > 0 ? d.root_mean_square / reference.displacement : 0;
         error.relative += relative;
         return relative;
@@ -138,12 +141,12 @@ std::string number(double value) {
 }  // namespace
 
 std::vector<SweepResult> sweep(const std::vector<SweepRun>& runs, std::size_t references, int steps,
-                               const std::function<void(double)>& progress) {
+                               const std::function<void(double)>& progress, const SweepObserver& observer) {
     Sweep all(runs, references);
     for (int done = 0; done < steps;) {
         const int block = std::min(block_steps, steps - done);
         done += block;
-        all.advance(block, done == steps);
+        all.advance(block, done == steps, observer);
         if (progress) progress(static_cast<double>(done) / steps);
     }
     return all.finish(steps);

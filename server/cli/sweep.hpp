@@ -11,6 +11,7 @@
 #include "engine/simulation/simulation.hpp"
 #include "server/cli/chart.hpp"
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <string>
@@ -38,6 +39,7 @@ struct SweepResult {
         /// Root mean square of the distances over that of the displacements; these are remembered like the energy that
         /// the estimate is relative to (AdaptivitySettings::memory), so that both speak of the same thing.
         double relative = 0;
+        std::vector<std::array<double, 2>> steps;  // mean and max of each compared step, every compare_every and the last
     };
     std::vector<Error> errors;  // [references]
     double estimate = 0;        // of the relative error
@@ -48,17 +50,21 @@ struct SweepResult {
     double changed = 0;         // splits and merges of a step over the tets of the front
     int troubled = 0;           // steps that did not converge or were rejected
     std::vector<double> step_milliseconds;  // [steps]
+    std::vector<std::size_t> step_tets;     // [steps]
 };
 
 /// Every how many steps positions are compared. (Comparing visits all vertices of the tree, and the next step of a small
 /// front would then start with cold caches, which costs it a fifth of its time.)
 inline constexpr int compare_every = 4;
 
+/// Called after each step (1, 2, ...) of each run; may look at the simulation, and takes no part in the times.
+using SweepObserver = std::function<void(std::size_t run, int step, Simulation& simulation)>;
+
 /// Advances all runs by `steps` and compares them with the first `references` of them, 1 <= references <= runs.size().
 /// A run's model may have a deeper tree of the same roots than the others' (a finer reference): compared are the
 /// vertices that all of them have. Memory: every run's state and 16 sets of positions per reference.
 std::vector<SweepResult> sweep(const std::vector<SweepRun>& runs, std::size_t references, int steps,
-                               const std::function<void(double fraction)>& progress = {});
+                               const std::function<void(double fraction)>& progress = {}, const SweepObserver& observer = {});
 
 /// Mean error against `reference` over time per step: a line for each order and budget along the tolerances, the finest
 /// levels as points, the reference as a vertical rule. Runs without any error have no place on a logarithmic axis.

@@ -13,6 +13,7 @@
 #include "server/render/colour_scale.hpp"
 #include "server/render/png.hpp"
 #include "server/render/renderer.hpp"
+#include "server/render/sheet.hpp"
 #include "server/session/stage.hpp"
 #include "tests/support/project.hpp"
 
@@ -20,7 +21,7 @@ using namespace tetfront;
 
 namespace {
 
-constexpr int width = 640, height = 360, gap = 6;
+constexpr int width = 640, height = 360;
 constexpr double moment = 0.8;  // [s] of the picture
 
 Image picture(Renderer& renderer, const std::filesystem::path& file) {
@@ -45,16 +46,13 @@ int main(int argc, char** argv) {
         for (const auto& entry : std::filesystem::directory_iterator(assets / "scenes"))
             if (entry.path().extension() == ".json") scenes.push_back(entry.path());
         std::ranges::sort(scenes);
-        const int columns = scenes.size() <= 4 ? 2 : 3, rows = (static_cast<int>(scenes.size()) + columns - 1) / columns;
-        Image sheet(columns * width + (columns - 1) * gap, rows * height + (rows - 1) * gap, 3);
-        std::ranges::fill(sheet.pixels, std::uint8_t{255});
+        std::vector<Image> pictures;
         Renderer renderer;
-        for (std::size_t i = 0; i < scenes.size(); ++i) {
-            std::cerr << scenes[i].filename().string() << "\n";
-            const Image image = picture(renderer, scenes[i]);
-            const int x = static_cast<int>(i) % columns * (width + gap), y = static_cast<int>(i) / columns * (height + gap);
-            for (int row = 0; row < height; ++row) std::copy_n(image.pixel(0, row), 3 * width, sheet.pixel(x, y + row));
+        for (const std::filesystem::path& scene : scenes) {
+            std::cerr << scene.filename().string() << "\n";
+            pictures.push_back(picture(renderer, scene));
         }
+        const Image sheet = contact_sheet(pictures, scenes.size() <= 4 ? 2 : 3);
         write_atomically(file, encode_png(sheet, {.level = 9, .text = {{"Software", "tetfront"}}}));
         std::cout << file.string() << "\n";
         return 0;

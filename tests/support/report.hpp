@@ -1,35 +1,11 @@
 #pragma once
-// Head of a report in tests/reports/: what made it, where and when, so that anyone can make it again.
+// What report programs in tests/benchmarks share with `tetfront paper`.
 
-#include <cstdio>
-#include <ctime>
-#include <fstream>
-#include <ostream>
-#include <string>
-#include <thread>
+#include "server/cli/report_head.hpp"
 
 namespace tetfront::testing {
 
-inline std::string cpu_name() {
-    std::ifstream info("/proc/cpuinfo");
-    for (std::string line; std::getline(info, line);)
-        if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-    return "unknown CPU";
-}
-
-/// Title, then the command, date and machine.
-inline void write_head(std::ostream& out, const std::string& title, const std::string& command) {
-    const std::time_t now = std::time(nullptr);
-    char date[32];
-    std::strftime(date, sizeof date, "%Y-%m-%d", std::gmtime(&now));
-    out << "# " << title << "\n\nMade by `" << command << "` on " << date << ", " << cpu_name() << ", "
-        << std::thread::hardware_concurrency() << " threads. Do not edit: run the command again.\n";
-}
-
-inline std::string number(double value, const char* format = "%.3g") {
-    char text[64];
-    std::snprintf(text, sizeof text, format, value);
-    return text;
-}
+using tetfront::write_head;
+inline std::string number(double value, const char* format = "%.3g") { return format_number(value, format); }
 
 }  // namespace tetfront::testing

@@ -25,6 +25,17 @@ std::vector<std::string> texts(const pugi::xml_document& svg) {
     return found;
 }
 
+std::vector<std::array<double, 2>> polyline(const pugi::xml_document& svg) {
+    std::vector<std::array<double, 2>> points;
+    std::istringstream list(svg.select_node("//polyline").node().attribute("points").value());
+    for (std::array<double, 2> p{}; list >> p[0];) {
+        list.ignore(1);
+        list >> p[1];
+        points.push_back(p);
+    }
+    return points;
+}
+
 Chart sample() {
     return {.title = "Speed & <error>",
             .subtitle = "",
@@ -44,18 +55,28 @@ TEST(Chart, ShowsTitleAxesLegendAndLabelsAsTheyWereWritten) {
 
 TEST(Chart, AxesAreLogarithmicAndYGrowsUpwards) {
     const auto svg = parse(sample());
-    std::vector<std::array<double, 2>> points;
-    std::istringstream list(svg.select_node("//polyline").node().attribute("points").value());
-    for (std::array<double, 2> p{}; list >> p[0];) {
-        list.ignore(1);
-        list >> p[1];
-        points.push_back(p);
-    }
+    const auto points = polyline(svg);
     ASSERT_EQ(points.size(), 3U);
     EXPECT_NEAR(points[1][0] - points[0][0], points[2][0] - points[1][0], 0.01) << "a factor of 10 each";
     EXPECT_GT(points[1][0], points[0][0]);
     EXPECT_NEAR(points[1][1] - points[0][1], points[2][1] - points[1][1], 0.01);
     EXPECT_GT(points[1][1], points[0][1]) << "smaller errors are lower, and y points down";
+}
+
+TEST(Chart, LinearAxesHaveZeroAndNegativeValuesAndEqualSteps) {
+    Chart chart = sample();
+    chart.logarithmic_x = chart.logarithmic_y = false;
+    chart.rules.clear();
+    chart.series = {{.name = "s", .line = true, .points = {{-1, -10, ""}, {0, 0, ""}, {1, 10, ""}}, .markers = false, .dashed = true}};
+    const auto svg = parse(chart);
+    const auto points = polyline(svg);
+    ASSERT_EQ(points.size(), 3U);
+    for (std::size_t c : {0U, 1U}) EXPECT_NEAR(points[1][c] - points[0][c], points[2][c] - points[1][c], 0.01);
+    EXPECT_GT(points[1][1], points[2][1]) << "y grows upwards";
+    EXPECT_TRUE(svg.select_nodes("//circle").empty()) << "no markers";
+    EXPECT_STRNE(svg.select_node("//polyline").node().attribute("stroke-dasharray").value(), "");
+    const auto found = texts(svg);
+    for (const char* tick : {"-1", "0", "1", "-10", "10"}) EXPECT_NE(std::ranges::find(found, tick), found.end()) << tick;
 }
 
 TEST(Chart, LeavesOutWhatHasNoPlace) {
