@@ -336,6 +336,9 @@ std::string describe(const VolumeMeshReport& r) {
         text +=
             line("%zu thin parts of %.3g m^3 were cut off by coarse cells and left out; use more tets to keep them\n",
                  r.dropped_pieces, r.dropped_volume);
+    if (r.thickened)
+        text += line("%.1f %% of the surface is thinner than the tets can be and was thickened to about a cell; use more tets to keep its shape\n",
+                     100.0 * static_cast<double>(r.thickened) / static_cast<double>(std::max<std::size_t>(r.samples, 1)));
     if (r.pinched_edges) text += line("%zu edges where the mesh only touches itself\n", r.pinched_edges);
     return text;
 }

@@ -1,74 +1,18 @@
 // From a scene to everything that stays constant while it is simulated.
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include <Eigen/Eigenvalues>
 
 #include "engine/base/error.hpp"
-#include "engine/material/voxel_surface.hpp"
-#include "engine/mesh/mesh_io.hpp"
-#include "engine/mesh/tet_file.hpp"
-#include "engine/mesh/volume_mesh.hpp"
 #include "engine/simulation/scene_material.hpp"
+#include "engine/simulation/shape.hpp"
 #include "engine/simulation/simulation.hpp"
 #include "engine/tree/creases.hpp"
 
 namespace tetfront {
 
 namespace {
-
-struct Shape {
-    TetMesh roots;
-    SurfaceMesh surface;  // empty: the boundary of the tree's leaves
-};
-
-Shape make_shape(const Scene& scene) {
-    if (const auto* box = std::get_if<BoxMeshSpec>(&scene.mesh)) return {box_mesh(box->low, box->high, box->cells), {}};
-    if (const auto* tets = std::get_if<TetMeshSpec>(&scene.mesh)) return {read_tet_mesh(tets->file, tets->scale).mesh, {}};
-    Shape shape;
-    int target_tets = 0;
-    if (const auto* spec = std::get_if<SurfaceMeshSpec>(&scene.mesh)) {
-        shape.surface = read_surface(spec->file, spec->scale).mesh;
-        target_tets = spec->target_tets;
-    } else {
-        const auto& voxels = std::get<VoxelMeshSpec>(scene.mesh);
-        const VoxelImage image = scaled_image(voxels.file, voxels.scale);
-        const double cell = voxels.surface_cell > 0 ? voxels.surface_cell : voxel_extent(image, voxels.labels) / 100;
-        try {
-            shape.surface = voxel_surface(image, voxels.labels, cell);
-        } catch (const InputError& error) {
-            if (!error.file.empty()) throw;
-            throw InputError(scene.file.string(), "/mesh/voxels/surface_cell", error.problem, error.remedy);
-        }
-        target_tets = voxels.target_tets;
-    }
-    shape.roots = mesh_volume(shape.surface, {.target_tets = target_tets}).mesh;
-    return shape;
-}
-
-/// Scenes are held against this where they say their size; only the mesh itself knows it for sure.
-void check_size(const Scene& scene, const TetMesh& roots) {
-    const double leaves = static_cast<double>(roots.corners.size()) * std::pow(8, scene.levels);
-    if (leaves < max_leaves) return;
-    throw InputError(scene.file.string(), "/levels",
-                     "makes " + std::to_string(static_cast<long long>(leaves)) + " tets of the " +
-                         std::to_string(roots.corners.size()) + " of the mesh",
-                     "use fewer levels: the finest level must have less than 16777216 tets");
-}
-
-/// Scenes bound their numbers; files of meshes and images do not.
-void check_place(const Scene& scene, const TetMesh& roots) {
-    Eigen::AlignedBox3d box;
-    for (const Vec3& p : roots.positions) box.extend(p);
-    const double reach = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
-    const double extent = box.sizes().maxCoeff();
-    if (reach <= coordinate_range.high && extent >= 1e-6 && reach <= 1e9 * extent) return;
-    std::ostringstream text;
-    text << "makes an object of " << extent << " m that reaches " << reach << " m from the origin";
-    throw InputError(scene.file.string(), "/mesh", text.str(),
-                     "scale and move it: use 1e-6 m to 1e6 m, and no farther away than 1e9 times its size");
-}
 
 /// The leaves' outer faces: as smooth as the simulation can be.
 SurfaceMesh leaf_boundary(const TetTree& tree) {
@@ -174,17 +118,15 @@ std::shared_ptr<const FrameModel> make_frame_model(const Scene& scene, const Tet
 }  // namespace
 
 std::shared_ptr<const Model> build_model(Scene scene, const Progress& progress, const CacheSettings& cache) {
+    if (progress) progress("meshing", 0);
+    Shape shape = make_shape(scene);
+    return build_model(std::move(scene), std::move(shape), progress, cache);
+}
+
+std::shared_ptr<const Model> build_model(Scene scene, Shape shape, const Progress& progress, const CacheSettings& cache) {
     const auto report = [&](const std::string& what, double fraction) {
         if (progress) progress(what, fraction);
     };
-    if (scene.front.order == 2 && scene.levels == 0) {
-        throw InputError(scene.file.string(), "/levels", "is 0 with quadratic tets (front/order 2)",
-                         "use levels >= 1: their midpoints are the vertices of the next level");
-    }
-    report("meshing", 0);
-    Shape shape = make_shape(scene);
-    check_size(scene, shape.roots);
-    check_place(scene, shape.roots);
     report("subdividing", 0);
     const StiffnessFunction stiffness = make_stiffness(scene, shape.roots);
     TetTree tree(std::move(shape.roots), scene.levels);

@@ -5,6 +5,7 @@
 #include "engine/mesh/mesh_io.hpp"
 #include "engine/mesh/tet_file.hpp"
 #include "engine/scene/scene.hpp"
+#include "engine/simulation/shape.hpp"
 #include "server/cli/commands.hpp"
 
 #include <algorithm>
@@ -35,7 +36,6 @@ struct ImportOptions {
 struct Content {
     std::string kind;  // key of the scene's mesh
     Eigen::AlignedBox3d box;
-    std::string notes;          // lines for people: what was mended
     std::set<int> regions;      // of a tet mesh, when there are several
     std::size_t tets = 0;       // of a tet mesh
 };
@@ -61,7 +61,6 @@ Content read_content(const std::string& file) {
         content.kind = "tets";
         const ImportedTets tets = read_tet_mesh(file);
         for (const Vec3& p : tets.mesh.positions) content.box.extend(p);
-        content.notes = describe(tets.repairs);
         content.tets = tets.mesh.corners.size();
         content.regions = {tets.mesh.region.begin(), tets.mesh.region.end()};
         if (content.regions.size() < 2) content.regions.clear();
@@ -69,7 +68,6 @@ Content read_content(const std::string& file) {
         content.kind = "surface";
         const ImportedSurface surface = read_surface(file);
         for (const Vec3& p : surface.mesh.positions) content.box.extend(p);
-        content.notes = describe(surface.repairs);
     }
     return content;
 }
@@ -151,12 +149,12 @@ int import(const ImportOptions& options) {
                              std::to_string(options.levels) + " levels", "use --levels with a smaller number");
     const Json scene = first_scene(options, content, scale, up);
     const std::string text = scene.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-    // What is written can be read.
+    // What is written can be read, and meshed.
     check_size(options, content, scale);
-    static_cast<void>(parse_scene(text, options.scene, std::filesystem::absolute(options.scene).parent_path()));
+    const Shape shape = make_shape(parse_scene(text, options.scene, std::filesystem::absolute(options.scene).parent_path()));
     write_atomically(options.scene, text);
 
-    std::printf("%s", content.notes.c_str());
+    std::printf("%s", describe(shape).c_str());
     const Vec3 sizes = scale * content.box.sizes();
     std::printf("%s: %.3g x %.3g x %.3g m at %g m a unit (change mesh.%s.scale), up is %c, held below, E %g Pa\n",
                 options.scene.c_str(), sizes[0], sizes[1], sizes[2], scale, content.kind.c_str(), "xyz"[up],

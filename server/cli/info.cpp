@@ -1,4 +1,5 @@
 #include "engine/mesh/tet_mesh.hpp"
+#include "engine/simulation/shape.hpp"
 #include "engine/simulation/simulation.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/progress_bar.hpp"
@@ -8,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace tetfront {
@@ -73,8 +75,12 @@ void print_coarsening(const ElasticityMatrices& matrices) {
 
 int info(const SceneArguments& arguments, bool coarsening) {
     ProgressBar bar("");
+    bar.show("meshing", 0);
+    const Scene described = arguments.load();
+    Shape shape = make_shape(described);
+    const std::string meshing = describe(shape);
     const auto model = build_model(
-        arguments.load(), [&bar](const std::string& what, double done) { bar.show(what, done); }, arguments.cache());
+        described, std::move(shape), [&bar](const std::string& what, double done) { bar.show(what, done); }, arguments.cache());
     bar.clear();
     const Scene& scene = model->scene;
     const TetTree& tree = model->tree;
@@ -110,6 +116,7 @@ int info(const SceneArguments& arguments, bool coarsening) {
                                  mebibytes<double>(model->density) + mebibytes<double>(model->matrices.mass_damping) +
                                  mebibytes<double>(model->matrices.stiffness_damping);
     std::printf("memory     tree %.1f MiB, matrices %.1f MiB\n", tree_memory, matrix_memory);
+    if (!meshing.empty()) std::printf("\nimported and meshed\n%s", meshing.c_str());
     if (coarsening) print_coarsening(model->matrices);
     return exit_ok;
 }
