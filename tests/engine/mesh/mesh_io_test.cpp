@@ -8,6 +8,9 @@
 #include <sstream>
 #include <string>
 
+#include <assimp/Exporter.hpp>
+#include <assimp/material.h>
+#include <assimp/scene.h>
 #include <gtest/gtest.h>
 
 namespace tetfront {
@@ -90,6 +93,49 @@ TEST(ReadSurface, AllFormatsGiveTheSameBall) {
     }
 }
 
+/// The ball as assimp writes it in a format of its own choice of encoding.
+std::filesystem::path exported(const std::filesystem::path& file, const char* format) {
+    aiScene scene;
+    auto* mesh = new aiMesh;  // the scene owns what it points to
+    mesh->mPrimitiveTypes = aiPrimitiveType_TRIANGLE;
+    mesh->mNumVertices = static_cast<unsigned>(ball().positions.size());
+    mesh->mVertices = new aiVector3D[mesh->mNumVertices];
+    for (unsigned v = 0; v < mesh->mNumVertices; ++v) {
+        const Vec3& x = ball().positions[v];
+        mesh->mVertices[v] = {static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])};
+    }
+    mesh->mNumFaces = static_cast<unsigned>(ball().triangles.size());
+    mesh->mFaces = new aiFace[mesh->mNumFaces];
+    for (unsigned f = 0; f < mesh->mNumFaces; ++f) {
+        mesh->mFaces[f].mNumIndices = 3;
+        mesh->mFaces[f].mIndices = new unsigned[3];
+        for (unsigned i = 0; i < 3; ++i) mesh->mFaces[f].mIndices[i] = static_cast<unsigned>(ball().triangles[f][i]);
+    }
+    scene.mNumMeshes = 1;
+    scene.mMeshes = new aiMesh*[1]{mesh};
+    scene.mNumMaterials = 1;
+    scene.mMaterials = new aiMaterial*[1]{new aiMaterial};
+    scene.mRootNode = new aiNode("root");
+    scene.mRootNode->mNumMeshes = 1;
+    scene.mRootNode->mMeshes = new unsigned[1]{0};
+    Assimp::Exporter exporter;
+    EXPECT_EQ(exporter.Export(&scene, format, file.string()), AI_SUCCESS) << format << ": " << exporter.GetErrorString();
+    return file;
+}
+
+TEST(ReadSurface, BinaryAndSceneFormatsGiveTheSameBall) {
+    const TemporaryDirectory directory;
+    const std::pair<const char*, const char*> files[] = {{"a.glb", "glb2"}, {"a.gltf", "gltf2"}, {"a.dae", "collada"}, {"binary.fbx", "fbx"},
+                                                         {"ascii.fbx", "fbxa"}, {"binary.ply", "plyb"}};
+    for (const auto& [name, format] : files) {
+        const ImportedSurface read = read_surface(exported(directory.path() / name, format), 0.1);
+        EXPECT_EQ(read.mesh.positions.size(), ball().positions.size()) << name;
+        EXPECT_EQ(read.mesh.triangles.size(), ball().triangles.size()) << name;
+        EXPECT_EQ(read.repairs.open_edges, 0u) << name;
+        EXPECT_NEAR(shapes::surface_volume(read.mesh), 1e-3 * shapes::surface_volume(ball()), 1e-6) << name;
+    }
+}
+
 TEST(ReadSurface, NodesOfGltfAreTransformedAndMerged) {
     // One tetrahedron used by two nodes, one of them moved and doubled.
     const TemporaryDirectory directory;
@@ -152,6 +198,11 @@ TEST(ReadSurface, HugeFilesAreRefusedUnread) {
     const auto file = directory.write("huge.obj", "v 0 0 0\n");
     std::filesystem::resize_file(file, max_surface_file + 1);  // sparse
     EXPECT_NE(complaint(file).find("MiB"), std::string::npos) << complaint(file);
+    for (const char* name : {"huge.stl", "huge.ply", "huge.off", "huge.glb", "huge.fbx", "huge.dae"}) {
+        const auto rubbish = directory.write(name, "rubbish");
+        std::filesystem::resize_file(rubbish, std::uintmax_t{1} << 30);
+        EXPECT_NE(complaint(rubbish).find("MiB"), std::string::npos) << complaint(rubbish);
+    }
 }
 
 }  // namespace

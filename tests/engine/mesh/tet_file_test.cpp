@@ -10,6 +10,8 @@
 #include <random>
 #include <string>
 
+#include <sys/resource.h>
+
 #include <gtest/gtest.h>
 
 namespace tetfront {
@@ -225,6 +227,24 @@ TEST(TetFile, FilesOfAnotherKindAreRefused) {
     std::filesystem::resize_file(huge, max_tet_file + 1);
     EXPECT_COMPLAINT(complaint(huge), "MiB");
     EXPECT_THROW(read_tet_mesh(directory.write("b.mesh", tet_files::medit(tet_files::sample())), 0), InputError);
+}
+
+/// Without reading it: a gigabyte takes a second and more.
+TEST(TetFile, AGigabyteOfRubbishIsRefusedUnread) {
+    const TemporaryDirectory directory;
+    static_cast<void>(directory.write("a.node", "1 3 0 0\n1 0 0 0\n"));
+    for (const char* name : {"a.msh", "a.mesh", "a.vtk", "a.vtu", "a.ele"}) {
+        const auto file = directory.write(name, "rubbish\n");
+        std::filesystem::resize_file(file, std::uintmax_t{1} << 30);  // sparse
+        rusage before{}, after{};
+        getrusage(RUSAGE_THREAD, &before);
+        const std::string said = complaint(file);
+        getrusage(RUSAGE_THREAD, &after);
+        EXPECT_COMPLAINT(said, name);
+        const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+        EXPECT_LT(seconds(after.ru_utime) + seconds(after.ru_stime) - seconds(before.ru_utime) - seconds(before.ru_stime), 0.5)
+            << "s of CPU: " << name << " was read";
+    }
 }
 
 TEST(TetFile, CompressionBombsAreRefused) {
