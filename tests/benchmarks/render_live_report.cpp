@@ -76,6 +76,9 @@ int main(int argc, char** argv) {
     const auto model = build_model(load_scene(source_folder() / "assets/scenes/bunny.json"));
     const TetTree& tree = model->tree;
     const Run alone = run(model, false), pulled = run(model, true);
+    std::shared_ptr<const Model> armadillo;
+    if (std::filesystem::exists(source_folder() / "assets/models/armadillo.off"))
+        armadillo = build_model(load_scene(source_folder() / "assets/scenes/armadillo.json"));
 
     const std::filesystem::path directory = std::filesystem::temp_directory_path() / "tetfront-live-report";
     std::filesystem::create_directories(directory);
@@ -102,6 +105,15 @@ int main(int argc, char** argv) {
            "tet | steps with a warning | surface coordinates not finite |\n|---|---|---|---|---|---|---|---|---|---|\n";
     row(out, "left alone", alone);
     row(out, "pulled around", pulled);
+    if (armadillo) {
+        row(out, "the armadillo, left alone but for its scene's forces", run(armadillo, false));
+        row(out, "the armadillo, pulled around", run(armadillo, true));
+        out << "\nThe armadillo: assets/scenes/armadillo.json, " << armadillo->tree.tet_count(0) << " root tets, " << armadillo->tree.depth() << " levels, "
+            << armadillo->tree.tet_count(armadillo->tree.depth()) << " leaf tets, " << armadillo->frame_model->triangles.size()
+            << " surface triangles. Goal: 30 steps a second while pulled.\n";
+    } else {
+        out << "\nThe armadillo is not fetched: assets/fetch armadillo.\n";
+    }
     out << "\n## Pictures\n\n1280x720, 2x2 samples a pixel, 60 frames of 1/30 s, simulation and PNG files included. Goal: 5 a second.\n\n"
         << "| frames/s | simulate | render | encode |\n|---|---|---|---|\n| " << number(pictures.written / pictures.seconds) << " | "
         << number(1000 * pictures.simulate / pictures.written) << " ms | " << number(1000 * pictures.render / pictures.written) << " ms | "

@@ -238,9 +238,9 @@ TEST(TetFile, AGigabyteOfRubbishIsRefusedUnread) {
         std::filesystem::resize_file(file, std::uintmax_t{1} << 30);  // sparse
         rusage before{}, after{};
         getrusage(RUSAGE_THREAD, &before);
-        const std::string said = complaint(file);
+        const std::string refusal = complaint(file);
         getrusage(RUSAGE_THREAD, &after);
-        EXPECT_COMPLAINT(said, name);
+        EXPECT_COMPLAINT(refusal, name);
         const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
         EXPECT_LT(seconds(after.ru_utime) + seconds(after.ru_stime) - seconds(before.ru_utime) - seconds(before.ru_stime), 0.5)
             << "s of CPU: " << name << " was read";
