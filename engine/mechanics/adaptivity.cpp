@@ -6,6 +6,7 @@
 
 #include "engine/base/parallel.hpp"
 #include "engine/mechanics/element.hpp"
+#include "engine/mechanics/strain.hpp"
 
 namespace tetfront {
 
@@ -41,7 +42,7 @@ PointStrains<Order> strains_of(const ElementSet& elements, std::size_t e) {
 
 /// Strains that tet t would have with its nodes at x.
 template <int Order>
-PointStrains<Order> strains_at(const Front& front, TetId t, const PerVertex<Vec3>& x) {
+PointStrains<Order> strains_at(const Front& front, TetId t, const PerVertex<Vec3>& x, StrainMeasure measure) {
     using O = ElementOrder<Order>;
     const TetTree& tree = front.tree();
     const auto& c = tree.corners(t);
@@ -51,7 +52,8 @@ PointStrains<Order> strains_at(const Front& front, TetId t, const PerVertex<Vec3
     for (std::size_t i = 0; i < O::nodes; ++i) position[i] = {x[node[i]][0], x[node[i]][1], x[node[i]][2]};
     PointStrains<Order> s;
     for (int q = 0; q < O::points; ++q) {
-        const V6<double> strain = corotated_strain(svd3(deformation_gradient<Order>(position, q, g)));
+        const M3<double> f = deformation_gradient<Order>(position, q, g);
+        const V6<double> strain = measure == StrainMeasure::green ? GreenPoint<double>(f).strain() : CorotatedPoint<double>(f).strain();
         for (std::size_t m = 0; m < 6; ++m) s[static_cast<std::size_t>(q)][static_cast<int>(m)] = strain[m];
     }
     return s;
@@ -214,7 +216,7 @@ void Adaptivity::measure_order(const Front& front, const ElementSet& elements, c
     parallel_for(candidates_.size(), 32, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
             MergeCandidate& candidate = candidates_[n];
-            const auto own = strains_at<Order>(front, candidate.parent, x);
+            const auto own = strains_at<Order>(front, candidate.parent, x, elements.strain_measure());
             candidate.cost += indicator<Order>(front, candidate.parent, own, bracket_weight);
             if (!in_valid_range(candidate.parent, mean<Order>(own))) candidate.cost = std::numeric_limits<double>::infinity();
         }

@@ -68,7 +68,7 @@ class BlockMatrix {
     std::vector<std::uint32_t> diagonal_;         // [dofs] index of the diagonal block
     std::vector<std::uint32_t> source_begin_;     // [blocks+1]
     std::vector<Source> source_;
-    std::vector<float> value_;                    // [blocks][12] column-major 4x3, fourth row zero
+    std::vector<float> value_;                    // [blocks][9] column-major, and some more so that four can be read from each column
 };
 
 }  // namespace tetfront

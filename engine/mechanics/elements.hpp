@@ -16,6 +16,7 @@
 
 #include "engine/base/pooled.hpp"
 #include "engine/base/simd.hpp"
+#include "engine/base/strain_measure.hpp"
 #include "engine/base/types.hpp"
 #include "engine/base/voigt.hpp"
 #include "engine/tree/front.hpp"
@@ -38,6 +39,9 @@ struct TetMaterials {
 class ElementSet {
  public:
     void build(const Front& front, const TetMaterials& materials);
+    /// For the evaluations to come; also kept over build().
+    void set_strain_measure(StrainMeasure measure) { strain_measure_ = measure; }
+    [[nodiscard]] StrainMeasure strain_measure() const { return strain_measure_; }
 
     struct Evaluation {
         const PerVertex<Vec3>& x;                     // [m] positions, all vertices of the front
@@ -66,7 +70,7 @@ class ElementSet {
     [[nodiscard]] int nodes() const { return order_ == 1 ? 4 : 10; }
     [[nodiscard]] int points() const { return order_ == 1 ? 1 : 4; }
     [[nodiscard]] int block_count() const { return nodes() * (nodes() + 1) / 2; }
-    /// Corotated strain of element e (index into tets()) at a quadrature point, from the last evaluation.
+    /// Strain (see strain_measure) of element e (index into tets()) at a quadrature point, from the last evaluation.
     [[nodiscard]] Vec6 strain(std::size_t e, int point) const;
     /// Volume-weighted sum of mass: the mass of the front [kg].
     [[nodiscard]] double mass() const;
@@ -80,10 +84,10 @@ class ElementSet {
     /// (1/2) v^T M v [J]
     [[nodiscard]] double kinetic_energy(const PerVertex<Vec3>& v) const;
 
-    /// Upper block (i <= j) of element e in the tangent of the last evaluation: 9 floats, row-major, `pack_size` apart.
+    /// Upper block (i <= j) of element e in the tangent of the last evaluation: 9 floats, column-major.
     [[nodiscard]] std::size_t block_offset(std::size_t e, int i, int j) const {
         const std::size_t block = static_cast<std::size_t>(i * nodes() - i * (i - 1) / 2 + (j - i));
-        return (e / pack_size * static_cast<std::size_t>(block_count()) + block) * 9 * pack_size + e % pack_size;
+        return (e * static_cast<std::size_t>(block_count()) + block) * 9;
     }
     [[nodiscard]] const float* blocks() const { return blocks_.data(); }
 
@@ -93,26 +97,32 @@ class ElementSet {
         std::int32_t node[10][pack_size];
         double gradient[9][pack_size];   // rows G_1 G_2 G_3
         double volume[pack_size];        // [m^3]
-        double c[21][pack_size];         // [Pa]
+        std::uint32_t stiffness;         // into stiffness_
         double mass[pack_size];          // [kg]
         double mass_damping[pack_size];       // [1/s]
         double stiffness_damping[pack_size];  // [s]
     };
-    template <int Order>
+    struct BatchStiffness {
+        double c[21][pack_size];  // [Pa]
+    };
+    void pool_stiffness(const PooledPerTet<Sym6>& elasticity);
+    template <int Order, template <class> class Strain>
     void evaluate_batch(std::size_t b, const Evaluation& e);
     template <int Order>
     [[nodiscard]] double kinetic_energy_of(const PerVertex<Vec3>& v) const;
 
     int order_ = 1;
     bool damped_ = false;
+    StrainMeasure strain_measure_ = StrainMeasure::corotated;
     std::vector<TetId> tets_;
     std::vector<Batch> batches_;
+    std::vector<BatchStiffness> stiffness_;
     std::vector<double> nodal_;     // [batch][node][3][lane]
     std::vector<double> strains_;   // [batch][point][6][lane]
     std::vector<double> energies_;  // [batch][lane] twice the energy
     std::vector<double> motions_;   // [batch][lane] twice what potential() adds to it
-    std::vector<double> least_stretch_;  // [batch][lane] smallest stretch over the points; negative: inverted
-    std::vector<float> blocks_;     // [batch][block][9][lane]
+    std::vector<double> orientation_;  // [batch][lane] smallest over the points; negative: inverted
+    std::vector<float> blocks_;     // [element][block][9]
     std::vector<VertexId> vertices_;               // of the front
     PerVertex<std::int32_t> slot_;                 // [V of the tree] index into vertices_; only theirs are valid
     std::vector<std::uint32_t> incidence_begin_;   // [vertices+1]

@@ -131,8 +131,9 @@ FrontSpec read_front(const JsonValue& value, int levels) {
 SolverSpec read_solver(const JsonValue& value) {
     SolverSpec solver;
     const JsonObject o =
-        value.object({"scheme", "newton_iterations", "newton_tolerance", "cg_tolerance", "cg_iterations"});
+        value.object({"scheme", "strain", "newton_iterations", "newton_tolerance", "cg_tolerance", "cg_iterations"});
     o.read("scheme", solver.scheme, {{"backward_euler", Scheme::backward_euler}, {"midpoint", Scheme::midpoint}, {"bdf2", Scheme::bdf2}});
+    o.read("strain", solver.strain, {{"corotated", StrainMeasure::corotated}, {"green", StrainMeasure::green}});
     o.read("newton_iterations", solver.newton_iterations, 1, 50);
     o.read("newton_tolerance", solver.newton_tolerance, between(0, 1));
     o.read("cg_tolerance", solver.cg_tolerance, between(0, 1));

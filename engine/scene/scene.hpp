@@ -18,6 +18,7 @@
 
 #include "engine/base/region.hpp"
 #include "engine/base/types.hpp"
+#include "engine/base/strain_measure.hpp"
 #include "engine/scene/material_spec.hpp"
 #include "engine/scene/override.hpp"
 #include "engine/scene/view_spec.hpp"
@@ -81,6 +82,7 @@ struct FrontSpec {
 
 struct SolverSpec {
     Scheme scheme = Scheme::backward_euler;
+    StrainMeasure strain = StrainMeasure::corotated;
     int newton_iterations = 1;  // linearised steps at most per time step, 1..50
     double newton_tolerance = 1e-4;  // of the residual, relative to the largest force scale
     double cg_tolerance = 1e-4;      // relative residual

@@ -32,6 +32,7 @@ Simulation::Impl::Impl(std::shared_ptr<const Model> m, const FrontSpec& spec)
     settings.newton_iterations = scene.solver.newton_iterations;
     settings.newton_tolerance = scene.solver.newton_tolerance;
     settings.pcg = {scene.solver.cg_tolerance, scene.solver.cg_iterations};
+    elements.set_strain_measure(scene.solver.strain);
     state.resize(model->tree.vertex_count());
     start();
 }

@@ -1,0 +1,53 @@
+#pragma once
+// Moves values between arrays of vertices or elements and packs of tets.
+//
+//     const auto x = gather<10>(positions, batch.node);      // x[i][c]: component c of node i of each lane's tet
+//     scatter_blocks(block, out, stride);                    // one 3x3 block of each lane's tet, in floats
+
+#include <array>
+#include <cstdint>
+
+#include <immintrin.h>
+
+#include "engine/base/simd.hpp"
+#include "engine/base/types.hpp"
+#include "engine/mechanics/element.hpp"
+
+namespace tetfront {
+
+template <int Nodes>
+std::array<V3<Pack>, Nodes> gather(const PerVertex<Vec3>& field, const std::int32_t (*node)[pack_size]) {
+    std::array<V3<Pack>, Nodes> x;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(Nodes); ++i) {
+        const Vec3* lanes[pack_size];
+        for (std::size_t lane = 0; lane < pack_size; ++lane) lanes[lane] = &field[VertexId(node[i][lane])];
+        for (int c = 0; c < 3; ++c) x[i][static_cast<std::size_t>(c)] = Pack([&](auto lane) { return (*lanes[lane])[c]; });
+    }
+    return x;
+}
+
+/// Lane l of the block goes to out + l * stride: 9 floats, column-major. Written with transposed registers where a pack has
+/// four lanes: 36 single stores took half the time of a whole quadratic tangent.
+template <class P>
+void scatter_blocks(const M3<P>& block, float* out, std::size_t stride) {
+    if constexpr (P::size() == 4) {
+        __m128 f[9];
+        for (std::size_t m = 0; m < 9; ++m) f[m] = _mm256_cvtpd_ps(static_cast<__m256d>(block.m[m % 3 * 3 + m / 3]));
+        _MM_TRANSPOSE4_PS(f[0], f[1], f[2], f[3]);
+        _MM_TRANSPOSE4_PS(f[4], f[5], f[6], f[7]);
+        alignas(16) float last[4];
+        _mm_store_ps(last, f[8]);
+        for (std::size_t lane = 0; lane < 4; ++lane) {
+            float* to = out + lane * stride;
+            _mm_storeu_ps(to, f[lane]);
+            _mm_storeu_ps(to + 4, f[4 + lane]);
+            to[8] = last[lane];
+        }
+    } else {
+        for (std::size_t m = 0; m < 9; ++m)
+            for (std::size_t lane = 0; lane < P::size(); ++lane)
+                out[lane * stride + m] = static_cast<float>(static_cast<double>(block.m[m % 3 * 3 + m / 3][lane]));
+    }
+}
+
+}  // namespace tetfront
