@@ -41,6 +41,7 @@ void add_study(CLI::App& program, Action& action);
 void add_info(CLI::App& program, Action& action);
 void add_import(CLI::App& program, Action& action);
 void add_paper(CLI::App& program, Action& action);
+void add_bench(CLI::App& program, Action& action);
 
 /// A scene file, values that replace the file's, and where what is computed from it is kept.
 struct SceneArguments {

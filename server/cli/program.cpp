@@ -44,6 +44,7 @@ int run_checked(int argc, const char* const* argv) {
     add_info(program, action);
     add_import(program, action);
     add_paper(program, action);
+    add_bench(program, action);
     for (CLI::App* command : program.get_subcommands({})) command->footer(exit_statuses);
     // CLI11 would only say that a command is missing.
     const auto is_named = [&](const CLI::App* command) { return command->check_name(argv[1]); };
