@@ -324,4 +324,18 @@ void Adaptivity::clear() {
     std::fill(rest_until_.begin(), rest_until_.end(), 0);
 }
 
+Adaptivity::Memory Adaptivity::memory(std::uint64_t step) const {
+    Memory memory{reference_energy_, {}};
+    for (TetId t : ids<TetId>(rest_until_.size()))
+        if (rest_until_[t] > step) memory.rests.push_back({t, rest_until_[t]});
+    return memory;
+}
+
+void Adaptivity::set_memory(const Memory& memory) {
+    clear();
+    reference_energy_ = memory.reference_energy;
+    rest_until_.resize(kind_.size(), 0);
+    for (const auto& [tet, until] : memory.rests) rest_until_[tet] = until;
+}
+
 }  // namespace tetfront

@@ -67,6 +67,18 @@ class Adaptivity {
     /// Forgets energies and rests (after a reset).
     void clear();
 
+    /// What is remembered from earlier steps: with it, measure() over 0 seconds leaves everything as it was.
+    struct Memory {
+        struct Rest {
+            TetId tet;
+            std::uint64_t until;  // step
+        };
+        double reference_energy = 0;  // [J] >= 0
+        std::vector<Rest> rests;      // ascending tets; those that rest at `step`
+    };
+    [[nodiscard]] Memory memory(std::uint64_t step) const;
+    void set_memory(const Memory& memory);
+
  private:
     struct MergeCandidate {
         TetId parent;

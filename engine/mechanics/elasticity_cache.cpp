@@ -1,5 +1,6 @@
 #include "engine/mechanics/elasticity_cache.hpp"
 
+#include "engine/base/bytes.hpp"
 #include "engine/base/hash.hpp"
 
 #include <algorithm>
@@ -48,25 +49,12 @@ std::uint64_t key_of(const TetTree& tree, const StiffnessFunction& function, con
     return hash.value();
 }
 
-/// Vectors in, bytes out; Reader takes them in the same order. Equal neighbours are stored once: a uniform object is
-/// tiny.
-class Writer {
+/// Equal neighbours are stored once: a uniform object is tiny.
+class Writer : public ByteWriter {
  public:
-    std::string bytes;
-
-    template <class T>
-    void value(const T& v) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        bytes.append(reinterpret_cast<const char*>(&v), sizeof v);
-    }
-    template <class T>
-    void vector(const std::vector<T>& v) {
-        value<std::uint64_t>(v.size());
-        bytes.append(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(T));
-    }
     template <class T>
     void pooled(const PooledPerTet<T>& v) {
-        vector(v.values());
+        put_range(v.values());
         runs(v.numbers());
     }
     /// Consecutive equal values once, with their number.
@@ -81,37 +69,20 @@ class Writer {
             }
             ++lengths.back();
         }
-        vector(values);
-        vector(lengths);
+        put_range(values);
+        put_range(lengths);
     }
 };
 
-class Reader {
+class Reader : public ByteReader {
  public:
-    explicit Reader(std::string_view bytes) : bytes_(bytes) {}
+    using ByteReader::ByteReader;
 
-    /// All return false when the bytes do not hold what is asked for.
-    template <class T>
-    bool value(T& v) {
-        if (bytes_.size() < sizeof v) return false;
-        std::memcpy(&v, bytes_.data(), sizeof v);
-        bytes_.remove_prefix(sizeof v);
-        return true;
-    }
-    template <class T>
-    bool vector(std::vector<T>& v) {
-        std::uint64_t size = 0;
-        if (!value(size) || size > bytes_.size() / sizeof(T)) return false;
-        v.resize(size);
-        if (size) std::memcpy(static_cast<void*>(v.data()), bytes_.data(), size * sizeof(T));
-        bytes_.remove_prefix(size * sizeof(T));
-        return true;
-    }
     template <class T>
     bool pooled(PooledPerTet<T>& v, std::size_t most) {
         std::vector<T> values;
         std::vector<std::uint32_t> numbers;
-        if (!vector(values) || !runs(numbers, most)) return false;
+        if (!get_range(values) || !runs(numbers, most)) return false;
         if (std::any_of(numbers.begin(), numbers.end(), [&](std::uint32_t n) { return n >= values.size(); })) return false;
         v = {std::move(values), std::move(numbers)};
         return true;
@@ -120,7 +91,7 @@ class Reader {
     bool runs(std::vector<T>& v, std::size_t most) {
         std::vector<T> values;
         std::vector<std::uint32_t> lengths;
-        if (!vector(values) || !vector(lengths) || values.size() != lengths.size()) return false;
+        if (!get_range(values) || !get_range(lengths) || values.size() != lengths.size()) return false;
         std::size_t total = 0;
         for (const std::uint32_t n : lengths) total += n;
         if (total > most) return false;
@@ -133,10 +104,6 @@ class Reader {
         for (std::size_t i = 0; i < values.size(); ++i) v.insert(v.end(), lengths[i], values[i]);
         return true;
     }
-    [[nodiscard]] bool done() const { return bytes_.empty(); }
-
- private:
-    std::string_view bytes_;
 };
 
 std::string pack(const CoarseMaterials& m) {
@@ -146,9 +113,9 @@ std::string pack(const CoarseMaterials& m) {
     w.pooled(m.matrices.valid_range);
     w.runs(m.matrices.mass_damping);
     w.runs(m.matrices.stiffness_damping);
-    w.vector(m.matrices.report);
+    w.put_range(m.matrices.report);
     w.runs(m.density);
-    return std::move(w.bytes);
+    return w.bytes();
 }
 
 std::optional<CoarseMaterials> unpack(std::string_view payload, std::size_t tets) {
@@ -157,7 +124,7 @@ std::optional<CoarseMaterials> unpack(std::string_view payload, std::size_t tets
     const auto complete = [&](const auto& v) { return v.empty() || v.size() == tets; };
     const bool read = r.pooled(m.matrices.elasticity, tets) && r.pooled(m.matrices.bracket, tets) &&
                       r.pooled(m.matrices.valid_range, tets) && r.runs(m.matrices.mass_damping, tets) &&
-                      r.runs(m.matrices.stiffness_damping, tets) && r.vector(m.matrices.report) &&
+                      r.runs(m.matrices.stiffness_damping, tets) && r.get_range(m.matrices.report) &&
                       r.runs(m.density, tets) && r.done();
     if (!read || m.matrices.elasticity.size() != tets || m.density.size() != tets || !complete(m.matrices.bracket) ||
         !complete(m.matrices.valid_range) || !complete(m.matrices.mass_damping) ||

@@ -13,10 +13,10 @@ void check_readable(const std::filesystem::path& file, std::uintmax_t max_size) 
     const auto status = std::filesystem::status(file, error);
     if (!std::filesystem::exists(status)) throw InputError{file.string(), "", "does not exist", "check the path"};
     if (!std::filesystem::is_regular_file(status))
-        throw InputError{file.string(), "", "is not a file", "name a mesh file"};
+        throw InputError{file.string(), "", "is not a file", "name a regular file"};
     const std::uintmax_t size = std::filesystem::file_size(file, error);
     if (error) throw InputError{file.string(), "", "cannot be read: " + error.message(), ""};
-    if (size == 0) throw InputError{file.string(), "", "is empty", "export it again"};
+    if (size == 0) throw InputError{file.string(), "", "is empty", "make it again"};
     if (size > max_size)
         throw InputError{file.string(), "", "has " + std::to_string(size >> 20) + " MiB",
                          "files up to " + std::to_string(max_size >> 20) + " MiB are read: simplify the mesh"};

@@ -26,6 +26,9 @@ class Pulls {
     void move(std::uint64_t id, const Vec3& target);  // unknown: nothing
     void end(std::uint64_t id) { pulls_.erase(id); }
     void clear() { pulls_.clear(); }
+    [[nodiscard]] const std::map<std::uint64_t, Pull>& all() const { return pulls_; }
+    /// Sets one as all() had it.
+    void set(std::uint64_t id, const Pull& pull) { pulls_[id] = pull; }
 
     /// Adds one spring for each pull, in the order of their ids. x: positions of the front's vertices.
     void add_to(Loads& loads, const Front& front, const Model& model, const PerVertex<Vec3>& x) const;

@@ -14,6 +14,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/progress.hpp"
@@ -128,6 +129,12 @@ class Simulation {
     [[nodiscard]] const Front& front() const;
     /// Hash of the mutable state's bytes: equal states have equal hashes.
     [[nodiscard]] std::uint64_t hash() const;
+
+    /// The complete mutable state, settings and pulls included; see snapshot.hpp. Cost: the tree.
+    [[nodiscard]] std::string snapshot() const;
+    /// Goes on from a snapshot of the same model and front. Throws InputError for any other bytes, and changes nothing then.
+    /// name: of their file, for messages.
+    void restore(std::string_view snapshot, const std::string& name = "");
 
  private:
     struct Impl;

@@ -1,6 +1,6 @@
 #pragma once
 // What a Simulation owns; for the files that implement it. simulation_commands.cpp holds commands and answers, simulation_step.cpp what
-// a step does. Mutable state that a snapshot must keep: front, state, adaptivity, gravity, pulls, steps, the settings
+// a step does, simulation_snapshot.cpp saves and restores. Mutable state that a snapshot must keep: front, state, adaptivity, gravity, pulls, steps, the settings
 // that commands change (tolerance, budget), milliseconds_per_tet. All else follows from it and from the model.
 
 #include <chrono>
@@ -11,6 +11,7 @@
 #include "engine/simulation/pins.hpp"
 #include "engine/simulation/pulls.hpp"
 #include "engine/simulation/simulation.hpp"
+#include "engine/simulation/snapshot.hpp"
 
 namespace tetfront {
 
@@ -29,7 +30,11 @@ struct Simulation::Impl {
     /// Of the last evaluation of `elements` [J]: elastic, kinetic, and in the gravity field up to a constant.
     [[nodiscard]] double total_energy() const;
 
+    [[nodiscard]] Snapshot snapshot() const;
+    void restore(const Snapshot& snapshot, const std::string& name);
+
     std::shared_ptr<const Model> model;
+    FrontSpec front_spec;
     Front front;
     Adaptivity adaptivity;
     AdaptivitySettings adapt_settings;

@@ -17,6 +17,7 @@ ImplicitRule rule_of(Scheme scheme) {
 
 Simulation::Impl::Impl(std::shared_ptr<const Model> m, const FrontSpec& spec)
     : model(std::move(m)),
+      front_spec(spec),
       front(model->tree, spec.order, spec.min_level, spec.max_level),
       adaptivity(model->matrices, model->unresolved),
       frames(model->frame_model, model->surface),

@@ -171,6 +171,25 @@ const Front::Change& Front::commit() {
     return change_;
 }
 
+std::optional<Front> Front::with_active(const std::vector<TetId>& active) const {
+    std::vector<bool> refined(tree_->tet_count());
+    for (TetId t : active) {
+        if (t.value < 0 || t.index() >= tree_->tet_count()) return std::nullopt;
+        while (!tree_->is_root(t)) {
+            t = tree_->parent(t);
+            if (refined[t.index()]) break;
+            refined[t.index()] = true;
+        }
+    }
+    std::optional<Front> front(std::in_place, *tree_, order_, min_level_, max_level_);
+    for (TetId t : ids<TetId>(refined.size()))  // parents come before their children
+        if (refined[t.index()] && front->is_active(t)) front->split(t);
+    front->commit();
+    if (front->active() != active) return std::nullopt;
+    front->epoch_ = epoch_ + 1;
+    return front;
+}
+
 Front::Point Front::locate(TetId leaf, const Vec4& barycentric) const {
     Point p{leaf, barycentric, {}, {}};
     while (!is_active(p.tet)) {

@@ -25,6 +25,7 @@
 // Cost: split, merge and commit follow what changes, plus one pass over the front; never the tree.
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -78,6 +79,10 @@ class Front {
     [[nodiscard]] const std::vector<VertexId>& vertices() const { return vertices_; }    // free and hanging, ascending
     [[nodiscard]] const std::vector<VertexId>& hanging() const { return hanging_; }      // ascending
     [[nodiscard]] std::size_t free_count() const { return vertices_.size() - hanging_.size(); }
+    /// The front with these active tets on the same tree, of the same order and levels, with the next epoch; nothing when
+    /// they are no such front: a branch is missed or met twice, a level is out of bounds, the balance does not hold.
+    /// active: any numbers. Cost: the tree.
+    [[nodiscard]] std::optional<Front> with_active(const std::vector<TetId>& active) const;
     /// Grows by one with each commit() that changed something.
     [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
 
