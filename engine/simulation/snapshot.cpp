@@ -162,8 +162,10 @@ Snapshot decode(std::string_view bytes, const std::string& name) {
 
 void save_snapshot(const std::filesystem::path& file, const Simulation& simulation) { write_atomically(file, simulation.snapshot()); }
 
-void load_snapshot(const std::filesystem::path& file, Simulation& simulation) {
-    simulation.restore(read_bytes(file, largest_file), file.string());
+std::uint64_t load_snapshot(const std::filesystem::path& file, Simulation& simulation) {
+    const std::string bytes = read_bytes(file, largest_file);
+    simulation.restore(bytes, file.string());
+    return decode(bytes, file.string()).steps;
 }
 
 }  // namespace tetfront

@@ -72,7 +72,7 @@ Snapshot decode(std::string_view bytes, const std::string& name);
 
 /// Throws OutputError.
 void save_snapshot(const std::filesystem::path& file, const Simulation& simulation);
-/// Throws InputError, and changes nothing then.
-void load_snapshot(const std::filesystem::path& file, Simulation& simulation);
+/// Returns the number of steps made. Throws InputError, and changes nothing then.
+std::uint64_t load_snapshot(const std::filesystem::path& file, Simulation& simulation);
 
 }  // namespace tetfront

@@ -1,11 +1,14 @@
+#include "engine/base/atomic_file.hpp"
 #include "engine/base/error.hpp"
 #include "engine/simulation/simulation.hpp"
-#include "engine/base/atomic_file.hpp"
+#include "engine/simulation/snapshot.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/comparison.hpp"
 #include "server/cli/progress_bar.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -24,6 +27,8 @@ struct RunOptions {
     int steps = 600;
     std::string report;
     std::vector<std::string> compare;
+    std::string save, resume;
+    int save_every = 0;  // steps; 0: at the end only
 };
 
 double median(std::vector<double> values) {
@@ -202,11 +207,21 @@ Json model_json(const Model& model) {
             {"surface_triangles", model.surface.mesh.triangles.size()}};
 }
 
+std::string hexadecimal(std::uint64_t value) {
+    std::array<char, 17> text{};
+    std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
+    return text.data();
+}
+
 int run(const RunOptions& options) {
     const Scene scene = options.scene.load();
     if (!options.report.empty()) {
         check_not_same(options.report, options.scene.file);
         check_writable(options.report);  // before the work, not after it
+    }
+    if (!options.save.empty()) {
+        check_not_same(options.save, options.scene.file);
+        check_writable(options.save);
     }
     std::vector<int> orders;
     for (const std::string& name : options.compare) orders.push_back(comparison_order(name, scene.front.order));
@@ -215,6 +230,15 @@ int run(const RunOptions& options) {
     const Progress progress = [&bar](const std::string& what, double fraction) { bar.show(what, fraction); };
     const auto model = build_model(scene, progress, options.scene.cache());
     Simulation simulation(model);
+    int first = 0;
+    if (!options.resume.empty()) {
+        const std::uint64_t done = load_snapshot(options.resume, simulation);
+        if (done >= static_cast<std::uint64_t>(options.steps)) {
+            throw InputError(options.resume, "snapshot", "has made " + std::to_string(done) + " of " + std::to_string(options.steps) + " steps",
+                             "use --steps for more than that: it counts from the beginning");
+        }
+        first = static_cast<int>(done);
+    }
     std::vector<Comparison> comparisons;
     for (std::size_t i = 0; i < orders.size(); ++i) comparisons.emplace_back(options.compare[i], model, orders[i]);
 
@@ -222,13 +246,17 @@ int run(const RunOptions& options) {
     {
         ProgressBar steps("steps");
         std::vector<Comparison::Step> compared(comparisons.size());
-        for (int i = 0; i < options.steps; ++i) {
+        for (int i = first; i < options.steps; ++i) {
             const StepReport report = simulation.step();
+            const bool last = i + 1 == options.steps;
+            if (!options.save.empty() && (last || (options.save_every > 0 && (i + 1) % options.save_every == 0)))
+                save_snapshot(options.save, simulation);
             for (std::size_t k = 0; k < comparisons.size(); ++k) compared[k] = comparisons[k].step(simulation);
             record.add(report, compared);
             steps.show(static_cast<std::size_t>(i + 1), static_cast<std::size_t>(options.steps));
         }
     }
+    const std::string state_hash = hexadecimal(simulation.hash());
     if (!options.report.empty()) {
         const Json report = {
             {"tetfront", TETFRONT_VERSION},
@@ -237,11 +265,14 @@ int run(const RunOptions& options) {
             {"tolerance", scene.front.tolerance},
             {"time_step", scene.time_step},
             {"model", model_json(*model)},
+            {"resumed_at_step", first},
+            {"state_hash", state_hash},
             {"summary", record.summary()},
             {"steps", std::move(record.steps())}};
         write_atomically(options.report, report.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
     }
     record.print();
+    std::printf("state after step %d: %s\n", options.steps, state_hash.c_str());
     return exit_ok;
 }
 
@@ -251,15 +282,27 @@ void add_run(CLI::App& program, Action& action) {
     CLI::App* command = program.add_subcommand("run", "Simulates without pictures and reports what each step did");
     const auto options = std::make_shared<RunOptions>();
     options->scene.add_to(*command);
-    command->add_option("--steps", options->steps, "How many")->check(CLI::Range(1, 10'000'000))->capture_default_str();
+    command->add_option("--steps", options->steps, "How many, from the beginning")->check(CLI::Range(1, 10'000'000))->capture_default_str();
     command->add_option("--report", options->report, "JSON file for all numbers of all steps")->type_name("FILE");
+    CLI::Option* save =
+        command->add_option("--save", options->save, "File for the complete state after the last step, to go on from")->type_name("FILE");
+    command->add_option("--save-every", options->save_every, "Also saves the state after every so many steps")
+        ->type_name("STEPS")
+        ->check(CLI::Range(1, 10'000'000))
+        ->needs(save);
+    CLI::Option* resume = command
+                              ->add_option("--resume", options->resume,
+                                           "Goes on from a saved state of this scene with these settings, up to --steps in all: to "
+                                           "the bit as if it had not been interrupted")
+                              ->type_name("FILE");
     command
         ->add_option(
             "--compare", options->compare,
             "Runs this beside it and reports the difference: finest (same order), finest-linear, finest-quadratic; "
             "repeatable")
         ->type_name("WHAT")
-        ->allow_extra_args(false);
+        ->allow_extra_args(false)
+        ->excludes(resume);
     command->callback([options, &action] { action = [options] { return run(*options); }; });
 }
 

@@ -31,6 +31,8 @@ class SimulationStage : public Stage {
     void set_gravity(const Vec3& gravity) override { simulation_.set_gravity(gravity); }
     void set_tolerance(double tolerance) override { simulation_.set_tolerance(tolerance); }
     void set_budget(std::size_t tets, double milliseconds) override { simulation_.set_budget(tets, milliseconds); }
+    [[nodiscard]] std::string save_state() const override { return simulation_.snapshot(); }
+    void restore_state(std::string_view state, const std::string& name) override { simulation_.restore(state, name); }
 
  private:
     Simulation simulation_;
@@ -78,6 +80,8 @@ void Stage::end_pull(std::uint64_t) { refuse(); }
 void Stage::set_gravity(const Vec3&) { refuse(); }
 void Stage::set_tolerance(double) { refuse(); }
 void Stage::set_budget(std::size_t, double) { refuse(); }
+std::string Stage::save_state() const { refuse(); }
+void Stage::restore_state(std::string_view, const std::string&) { refuse(); }
 
 std::unique_ptr<Stage> play_simulation(const std::shared_ptr<const Model>& model) {
     return std::make_unique<SimulationStage>(model);

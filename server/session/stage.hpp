@@ -12,6 +12,8 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 
 namespace tetfront {
 
@@ -46,6 +48,10 @@ class Stage {
     virtual void set_gravity(const Vec3& gravity);
     virtual void set_tolerance(double tolerance);
     virtual void set_budget(std::size_t tets, double milliseconds);
+    /// The complete state as Simulation::snapshot() has it.
+    [[nodiscard]] virtual std::string save_state() const;
+    /// Also throws InputError for bytes that are no state of this model, and changes nothing then.
+    virtual void restore_state(std::string_view state, const std::string& name);
 };
 
 std::unique_ptr<Stage> play_simulation(const std::shared_ptr<const Model>& model);

@@ -3,6 +3,7 @@
 #include "server/session/recording.hpp"
 #include "tests/engine/mesh/tet_files.hpp"
 #include "tests/support/blob_frame.hpp"
+#include "tests/support/scenes.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -41,6 +42,12 @@ int main(int argc, char** argv) {
         RecordingWriter writer(recordings / ("field" + std::to_string(static_cast<int>(field))), info, *frame->model);
         for (int i = 0; i < 2; ++i) writer.add(*frame);
         writer.finish();
+    }
+    Simulation simulation(testing::snapshot_model());
+    simulation.begin_pull(1, {0, Vec3::Constant(1.0 / 3)}, Vec3(-1, 1, 2));
+    for (int i = 0; i <= 10; ++i) {
+        if (i % 5 == 0) write("snapshot", "step" + std::to_string(i), simulation.snapshot());
+        simulation.step();
     }
     // A cube of two by two by one on the grid of fuzz_surface.cpp.
     std::string cube;

@@ -27,4 +27,9 @@ inline std::shared_ptr<const Model> cantilever_model(std::vector<Override> overr
     return box_model(overrides);
 }
 
+/// The smallest model whose front changes, for whatever is done to it very often.
+inline std::shared_ptr<const Model> snapshot_model() {
+    return cantilever_model({{"/mesh/box/cells", "[1, 1, 1]"}, {"/front/tolerance", "0.001"}});
+}
+
 }  // namespace tetfront::testing

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -103,6 +104,48 @@ TEST_F(Program, BadScenesAreStatus2AndSayWhere) {
     expect_refusal(run({"serve", path("broken.json"), "--web", web_}), 2, "broken.json");
     folder_.write("lost.json", R"({"schema_version": 1, "mesh": {"surface": {"file": "lost.obj"}}})");
     expect_refusal(run({"info", path("lost.json")}), 2, "lost.obj");
+}
+
+TEST_F(Program, AKilledRunResumesToTheSameState) {
+    const std::string state = path("run.state");
+    const auto hash_of = [&](std::vector<std::string> more) -> std::string {
+        std::vector<std::string> arguments = {"run", scene_, "--no-cache", "--set", "front/tolerance=0.005", "--steps", "300", "--report", path("out.json")};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto result = run(arguments);
+        EXPECT_EQ(result.status, 0) << result.err;
+        const Json report = read_json(path("out.json"));
+        EXPECT_NE(result.out.find(report["state_hash"].get<std::string>()), std::string::npos) << result.out;
+        return report["state_hash"].get<std::string>() + " from " + std::to_string(report["resumed_at_step"].get<int>() > 0);
+    };
+    const std::string whole = hash_of({});
+    {
+        ChildProcess killed({program_path(), "run", scene_, "--no-cache", "--set", "front/tolerance=0.005", "--steps", "100000", "--save", state, "--save-every", "20"});
+        while (!std::filesystem::exists(state)) std::this_thread::yield();
+        killed.signal(SIGKILL);
+        EXPECT_EQ(killed.wait().status, -SIGKILL);
+    }
+    const std::string kept = path("kept.state");
+    std::filesystem::copy_file(state, kept);
+    EXPECT_EQ(hash_of({"--resume", state, "--save", state}).substr(0, 16), whole.substr(0, 16));
+    // The same twice: what was saved is not used up.
+    const std::string again = hash_of({"--resume", kept});
+    EXPECT_EQ(again, whole.substr(0, 16) + " from 1");
+    EXPECT_EQ(whole.substr(17), "from 0");
+
+    const auto refused = [&](std::vector<std::string> more, const std::string& part) {
+        more.insert(more.begin(), {"run", scene_, "--no-cache", "--set", "front/tolerance=0.005"});
+        expect_refusal(run(more), 2, part);
+    };
+    refused({"--resume", state, "--steps", "300"}, "has made 300 of 300 steps");
+    refused({"--resume", kept, "--steps", "300", "--set", "material/young=2e5"}, "other settings of this scene");
+    refused({"--resume", path("none.state")}, "does not exist");
+    refused({"--resume", scene_}, "is no state of a simulation");
+    refused({"--resume", kept, "--compare", "finest"}, "excludes");
+    refused({"--save-every", "5"}, "--save");
+    refused({"--save", scene_}, "beam.json");
+    std::filesystem::resize_file(kept, 1000);
+    refused({"--resume", kept}, "is cut short");
+    expect_refusal(run({"run", scene_, "--save", path("no/such/folder.state")}), 4, "cannot be written");
 }
 
 TEST_F(Program, InfoDescribesTheScene) {
