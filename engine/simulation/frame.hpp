@@ -31,6 +31,11 @@ struct FrameTopology {
     std::vector<std::uint8_t> edge_level;                  // [E] level of the finest tet at the edge
     std::vector<std::uint8_t> surface_level;               // [S] level of the active tet that carries the vertex
     std::vector<std::uint32_t> tets_by_level;              // [depth+1] active tets
+    /// Straight tets that fill the front, for cuts through it: a linear tet is one, a quadratic one is eight. Corners
+    /// into Frame::front_positions. May be empty.
+    std::vector<std::array<std::uint32_t, 4>> pieces;      // [P]
+    std::vector<std::uint8_t> piece_level;                 // [P]
+    std::vector<float> piece_young;                        // [P] Young's modulus that the tet is simulated with [Pa]
 };
 
 struct FramePull {                                         // a pull in progress
@@ -72,6 +77,7 @@ struct Frame {
     std::vector<FramePull> pulls;
     Field field = Field::none;
     std::vector<float> field_values;                       // [S] >= 0, or empty
+    std::vector<float> front_values;                       // [N] >= 0, or empty
     FrameStatus status;
 };
 

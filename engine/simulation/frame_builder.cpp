@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/base/parallel.hpp"
+#include "engine/material/material.hpp"
 
 namespace tetfront {
 
@@ -12,8 +13,13 @@ std::array<float, 3> to_float(const Vec3& p) {
     return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
 }
 
-/// Unique edges of the front; the edges of quadratic tets are cut at their midpoints, which are nodes.
-void add_edges(const Front& front, FrameTopology& topology) {
+/// Local nodes of the tets that a quadratic tet is cut into: four corners and the octahedron between them.
+constexpr std::array<std::array<std::size_t, 4>, 8> quadratic_pieces = {{
+    {0, 4, 5, 6}, {4, 1, 7, 8}, {5, 7, 2, 9}, {6, 8, 9, 3}, {5, 8, 4, 7}, {5, 8, 7, 9}, {5, 8, 9, 6}, {5, 8, 6, 4},
+}};
+
+/// Unique edges of the front and its pieces; the edges of quadratic tets are cut at their midpoints, which are nodes.
+void add_edges_and_pieces(const Front& front, const ElasticityMatrices& matrices, FrameTopology& topology) {
     struct Edge {
         std::uint32_t a, b;
         std::uint8_t level;
@@ -29,6 +35,14 @@ void add_edges(const Front& front, FrameTopology& topology) {
         const auto node = front.nodes(t);
         std::array<std::uint32_t, 10> s{};
         for (std::size_t i = 0; i < static_cast<std::size_t>(front.nodes_per_tet()); ++i) s[i] = slot(node[i]);
+        const auto young = static_cast<float>(representative_young(matrices.elasticity[t]));
+        const auto add_piece = [&](const std::array<std::size_t, 4>& local) {
+            topology.pieces.push_back({s[local[0]], s[local[1]], s[local[2]], s[local[3]]});
+            topology.piece_level.push_back(level);
+            topology.piece_young.push_back(young);
+        };
+        if (front.order() == 1) add_piece({0, 1, 2, 3});
+        else for (const auto& piece : quadratic_pieces) add_piece(piece);
         const auto add = [&](std::uint32_t a, std::uint32_t b) { edges.push_back({std::min(a, b), std::max(a, b), level}); };
         for (std::size_t e = 0; e < 6; ++e) {
             const auto a = s[static_cast<std::size_t>(tet_edges[e][0])], b = s[static_cast<std::size_t>(tet_edges[e][1])];
@@ -52,8 +66,8 @@ void add_edges(const Front& front, FrameTopology& topology) {
 
 }  // namespace
 
-FrameBuilder::FrameBuilder(std::shared_ptr<const FrameModel> model, const Surface& surface)
-    : model_(std::move(model)), surface_(&surface) {}
+FrameBuilder::FrameBuilder(std::shared_ptr<const FrameModel> model, const Surface& surface, const ElasticityMatrices& matrices)
+    : model_(std::move(model)), surface_(&surface), matrices_(&matrices) {}
 
 void FrameBuilder::rebuild(const Front& front) {
     front_epoch_ = front.epoch();
@@ -70,7 +84,7 @@ void FrameBuilder::rebuild(const Front& front) {
             topology->surface_level[i] = static_cast<std::uint8_t>(front.tree().level_of(points_[i].tet));
         }
     });
-    add_edges(front, *topology);
+    add_edges_and_pieces(front, *matrices_, *topology);
     topology_ = std::move(topology);
 }
 

@@ -1,13 +1,14 @@
 #pragma once
-// Makes Frames: evaluates the embedded surface on the front and describes the front for a wireframe.
+// Makes Frames: evaluates the embedded surface on the front and describes the front for wireframes and cuts.
 //
-//     FrameBuilder builder(model);
+//     FrameBuilder builder(model, surface, matrices);
 //     auto frame = builder.build(front, x, status, pulls);   // topology is shared until the front changes
 
 #include <memory>
 #include <vector>
 
 #include "engine/base/types.hpp"
+#include "engine/mechanics/elasticity.hpp"
 #include "engine/simulation/frame.hpp"
 #include "engine/tree/front.hpp"
 #include "engine/tree/surface.hpp"
@@ -16,8 +17,8 @@ namespace tetfront {
 
 class FrameBuilder {
  public:
-    /// model and surface must outlive this.
-    FrameBuilder(std::shared_ptr<const FrameModel> model, const Surface& surface);
+    /// surface and matrices must outlive this.
+    FrameBuilder(std::shared_ptr<const FrameModel> model, const Surface& surface, const ElasticityMatrices& matrices);
 
     /// x: positions of the front's vertices. Cost: the surface and, after a change, the front.
     std::shared_ptr<Frame> build(const Front& front, const PerVertex<Vec3>& x, FrameStatus status,
@@ -30,6 +31,7 @@ class FrameBuilder {
 
     std::shared_ptr<const FrameModel> model_;
     const Surface* surface_;
+    const ElasticityMatrices* matrices_;
     std::shared_ptr<const FrameTopology> topology_;
     std::uint32_t front_epoch_ = 0, epochs_made_ = 0;
     std::vector<Front::Point> points_;  // [S] surface vertices in the front

@@ -50,8 +50,11 @@ std::shared_ptr<const Frame> Simulation::frame(double steps_per_second, Field fi
     status.warning = s.report.warning;
     const std::shared_ptr<Frame> frame = s.frames.build(s.front, s.state.x, std::move(status), s.pulls.seen(s.front, *s.model, s.state.x));
     frame->field = field;
-    frame->field_values = surface_field(
-        field, {s.front, s.elements, s.adaptivity, s.model->matrices, s.model->surface, frame->surface, s.frames.points()});
+    FieldValues values = surface_field(
+        field, {s.front, s.elements, s.adaptivity, s.model->matrices, s.model->surface, frame->surface, s.frames.points(),
+                frame->front_positions});
+    frame->field_values = std::move(values.surface);
+    frame->front_values = std::move(values.front);
     return frame;
 }
 

@@ -20,7 +20,7 @@ Simulation::Impl::Impl(std::shared_ptr<const Model> m, const FrontSpec& spec)
       front_spec(spec),
       front(model->tree, spec.order, spec.min_level, spec.max_level),
       adaptivity(model->matrices, model->unresolved),
-      frames(model->frame_model, model->surface),
+      frames(model->frame_model, model->surface, model->matrices),
       pins(*model) {
     const Scene& scene = model->scene;
     gravity = scene.gravity;

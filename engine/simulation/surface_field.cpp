@@ -32,7 +32,11 @@ Sparse zero_on_front(const Front& front) {
     return values;
 }
 
-/// value(e, corner) of each active tet, averaged at the corners by volume.
+double distance(const std::array<float, 3>& p, const Vec3& q) {
+    return (Vec3(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])) - q).norm();
+}
+
+/// value(e, corner) of each active tet, averaged at the corners by volume; NaN at vertices that are no corners.
 template <class Value>
 Sparse corner_average(const FieldSource& s, const Value& value) {
     const TetTree& tree = s.front.tree();
@@ -47,8 +51,7 @@ Sparse corner_average(const FieldSource& s, const Value& value) {
             weight[v] += volume;
         }
     }
-    for (const VertexId v : s.front.vertices())
-        if (weight[v.index()] > 0) sum[v.index()] /= weight[v.index()];
+    for (const VertexId v : s.front.vertices()) sum[v.index()] /= weight[v.index()];
     return sum;
 }
 
@@ -62,17 +65,18 @@ float field_high(std::vector<float> values) {
     return *at;
 }
 
-std::vector<float> surface_field(Field field, const FieldSource& s) {
-    std::vector<float> values;
-    if (field == Field::none) return values;
+FieldValues surface_field(Field field, const FieldSource& s) {
+    FieldValues all;
+    if (field == Field::none) return all;
+    std::vector<float>& values = all.surface;
     values.resize(s.points.size());
+    all.front.resize(s.front.vertices().size());
     if (field == Field::displacement) {
-        for (std::size_t i = 0; i < values.size(); ++i) {
-            const auto& p = s.positions[i];
-            const Vec3 at(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]));
-            values[i] = static_cast<float>((at - s.surface.mesh.positions[i]).norm());
-        }
-        return values;
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] = static_cast<float>(distance(s.positions[i], s.surface.mesh.positions[i]));
+        for (std::size_t i = 0; i < all.front.size(); ++i)
+            all.front[i] = static_cast<float>(distance(s.front_positions[i], s.front.tree().rest(s.front.vertices()[i])));
+        return all;
     }
     const auto& tets = s.elements.tets();
     // Point k of a quadratic tet is the one near corner k; a linear tet has one for all.
@@ -98,7 +102,22 @@ std::vector<float> surface_field(Field field, const FieldSource& s) {
             values[i] = static_cast<float>(std::isfinite(value) ? std::max(0.0, value) : 0.0);
         }
     });
-    return values;
+    if (s.front.order() == 2) {
+        for (const TetId t : s.front.active()) {
+            const auto node = s.front.nodes(t);
+            for (std::size_t e = 0; e < 6; ++e) {
+                double& middle = nodal[node[4 + e].index()];
+                if (!std::isnan(middle)) continue;  // a corner of a finer tet, or done
+                middle = (nodal[node[static_cast<std::size_t>(tet_edges[e][0])].index()] +
+                          nodal[node[static_cast<std::size_t>(tet_edges[e][1])].index()]) / 2;
+            }
+        }
+    }
+    for (std::size_t i = 0; i < all.front.size(); ++i) {
+        const double value = nodal[s.front.vertices()[i].index()];
+        all.front[i] = static_cast<float>(std::isfinite(value) ? std::max(0.0, value) : 0.0);
+    }
+    return all;
 }
 
 }  // namespace tetfront

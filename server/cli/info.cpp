@@ -3,6 +3,7 @@
 #include "engine/simulation/simulation.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/progress_bar.hpp"
+#include "server/session/recording.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -73,7 +74,24 @@ void print_coarsening(const ElasticityMatrices& matrices) {
         "when\nthe matrices came from the cache.\n");
 }
 
+int info_of_recording(const std::string& file) {
+    const Recording recording(file);
+    const RecordingInfo& about = recording.info();
+    const std::size_t frames = recording.frame_count();
+    std::printf("recording  %s%s%s\n", about.name.c_str(), about.title.empty() ? "" : ": ", about.title.c_str());
+    std::printf("made by    %s\n", about.software.c_str());
+    std::printf("frames     %zu, from %g s to %g s, %g a second%s\n", frames, recording.time(0), recording.time(frames - 1),
+                about.fps, recording.complete() ? "" : "; it was cut short");
+    std::printf("surface    %zu vertices, %zu triangles, levels 0..%d, order %d\n", recording.model()->young.size(),
+                recording.model()->triangles.size(), recording.model()->depth, about.order);
+    std::printf("values     %s\n", about.field == Field::none ? "none; colouring by level or stiffness only"
+                                                              : name(about.view.colouring).c_str());
+    for (const RecordedEvent& event : recording.events()) std::printf("%9.3f s  %s\n", event.time, event.json.c_str());
+    return exit_ok;
+}
+
 int info(const SceneArguments& arguments, bool coarsening) {
+    if (is_recording(arguments.file)) return info_of_recording(arguments.file);
     ProgressBar bar("");
     bar.show("meshing", 0);
     const Scene described = arguments.load();
@@ -124,7 +142,7 @@ int info(const SceneArguments& arguments, bool coarsening) {
 }  // namespace
 
 void add_info(CLI::App& program, Action& action) {
-    CLI::App* command = program.add_subcommand("info", "Prints what a scene consists of");
+    CLI::App* command = program.add_subcommand("info", "Prints what a scene or a recording consists of");
     const auto arguments = std::make_shared<SceneArguments>();
     const auto coarsening = std::make_shared<bool>(false);
     arguments->add_to(*command);

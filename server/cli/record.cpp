@@ -5,8 +5,12 @@
 #include "server/session/recording.hpp"
 #include "server/session/stage.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <vector>
+
+#include <nlohmann/json.hpp>
 
 namespace tetfront {
 
@@ -17,6 +21,21 @@ struct RecordOptions {
     std::string frames, file, colour;
     double seconds = 0, fps = 30, start_at = 0;
 };
+
+/// What the scene's timeline does, as the commands that would do it.
+std::vector<RecordedEvent> timeline_events(const Scene& scene) {
+    std::vector<RecordedEvent> events;
+    for (const TimelineEvent& event : scene.timeline) {
+        if (event.gravity) {
+            const Vec3& g = *event.gravity;
+            events.push_back({event.time, nlohmann::ordered_json{{"command", "gravity"}, {"value", {g[0], g[1], g[2]}}}.dump()});
+        }
+        if (event.release)
+            events.push_back({event.time, nlohmann::ordered_json{{"command", "release"}, {"pin", *event.release}}.dump()});
+    }
+    std::ranges::stable_sort(events, {}, &RecordedEvent::time);
+    return events;
+}
 
 int record(const RecordOptions& options) {
     check_finite("--fps", options.fps), check_finite("--start-at", options.start_at);
@@ -39,6 +58,8 @@ int record(const RecordOptions& options) {
                             .order = scene.front.order,
                             .field = field},
                            *model->frame_model);
+    const std::vector<RecordedEvent> events = timeline_events(scene);
+    auto next_event = events.begin();
     SimulatedFrames frames(model, {options.fps, options.start_at, field});
     const int count = numbers.last - numbers.first + 1;
     {
@@ -46,6 +67,7 @@ int record(const RecordOptions& options) {
         for (int i = numbers.first; i <= numbers.last && !frames.interrupted(); ++i) {
             const std::shared_ptr<const Frame> frame = frames(i);
             if (!frame) break;
+            for (; next_event != events.end() && next_event->time < frame->status.time; ++next_event) writer.add(*next_event);
             writer.add(*frame);
             progress.show(i - numbers.first + 1);
         }

@@ -1,6 +1,7 @@
 #include "server/render/frame_buffers.hpp"
 
 #include "engine/base/error.hpp"
+#include "server/render/cross_section.hpp"
 
 #include <cstddef>
 
@@ -68,26 +69,41 @@ void FrameBuffers::update(const Frame& frame, const View& view, float reference_
     surface_.positions.upload(bytes(frame.surface));
     surface_.normals.upload(bytes(normals_));
     update_lines(frame, view);
+    update_section(frame, view);
     update_arrows(frame, view, 0.006F * reference_length);
 }
 
 void FrameBuffers::update_lines(const Frame& frame, const View& view) {
-    lines_.clear();
+    lines_.instances.clear();
     if (!view.wireframe && view.surface) return;
     const FrameTopology& topology = *frame.topology;
     ENSURE(topology.edge_level.size() == topology.edges.size(), topology.edge_level.size(), " levels of edges");
-    lines_.reserve(topology.edges.size());
+    lines_.instances.reserve(topology.edges.size());
     for (std::size_t e = 0; e < topology.edges.size(); ++e) {
         const auto [a, b] = topology.edges[e];
         ENSURE(a < frame.front_positions.size() && b < frame.front_positions.size(), "edge ", e, " is ", a, ' ', b);
-        lines_.push_back(
+        lines_.instances.push_back(
             {frame.front_positions[a], frame.front_positions[b], line_colour(topology.edge_level[e], view)});
     }
-    line_buffer_.upload(bytes(lines_));
-    constexpr int stride = sizeof(LineInstance);
-    line_array_.attribute(0, line_buffer_, 3, GL_FLOAT, stride, offsetof(LineInstance, a), 1);
-    line_array_.attribute(1, line_buffer_, 3, GL_FLOAT, stride, offsetof(LineInstance, b), 1);
-    line_array_.attribute(2, line_buffer_, 4, GL_UNSIGNED_BYTE, stride, offsetof(LineInstance, colour), 1);
+    lines_.upload();
+}
+
+void FrameBuffers::update_section(const Frame& frame, const View& view) {
+    section_lines_.instances.clear();
+    const CrossSection section = view.surface ? cross_section(frame, view) : CrossSection{};
+    section_.set_triangles(section.triangles);
+    if (section.triangles.empty()) return;
+    section_.positions.upload(bytes(section.positions));
+    section_.colours.upload(bytes(section.colours));
+    section_.normals.upload(bytes(section.positions));  // not looked at
+    if (!view.wireframe) return;
+    for (const auto& [a, b] : section.edges) {
+        std::array<std::uint8_t, 4> ink = section.colours[a];
+        for (std::size_t c = 0; c < 3; ++c) ink[c] = static_cast<std::uint8_t>(ink[c] * (1 - ink_over_surface));
+        ink[3] = 140;  // most edges are drawn from both sides
+        section_lines_.instances.push_back({section.positions[a], section.positions[b], ink});
+    }
+    section_lines_.upload();
 }
 
 void FrameBuffers::update_arrows(const Frame& frame, const View& view, float radius) {
@@ -119,11 +135,23 @@ void FrameBuffers::draw_casters(bool mirrored) const {
 void FrameBuffers::draw_arrows() const { arrows_.draw(); }
 
 void FrameBuffers::draw_lines() const {
-    if (lines_.empty()) return;
-    line_array_.bind();
     if (!cut_.isZero()) glEnable(GL_CLIP_DISTANCE0);
-    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(lines_.size()));
+    lines_.draw();
     glDisable(GL_CLIP_DISTANCE0);
+}
+
+void FrameBuffers::Lines::upload() {
+    buffer.upload(bytes(instances));
+    constexpr int stride = sizeof(LineInstance);
+    array.attribute(0, buffer, 3, GL_FLOAT, stride, offsetof(LineInstance, a), 1);
+    array.attribute(1, buffer, 3, GL_FLOAT, stride, offsetof(LineInstance, b), 1);
+    array.attribute(2, buffer, 4, GL_UNSIGNED_BYTE, stride, offsetof(LineInstance, colour), 1);
+}
+
+void FrameBuffers::Lines::draw() const {
+    if (instances.empty()) return;
+    array.bind();
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(instances.size()));
 }
 
 }  // namespace tetfront

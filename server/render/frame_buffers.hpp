@@ -28,11 +28,15 @@ class FrameBuffers {
     /// The view's cut as (normal, normal . point) for the programs' `cut`; zeros: none.
     [[nodiscard]] const Eigen::Vector4f& cut() const { return cut_; }
     void draw_arrows() const;
+    /// The front's section with the view's cut, attributes as the surface's; and the edges in it if the view has edges.
+    void draw_section() const { section_.draw(); }
+    void draw_section_lines() const { section_lines_.draw(); }
     /// Attributes 0 and 1: ends, 2: colour; one instance of a 4-vertex strip per edge.
     void draw_lines() const;
 
  private:
     void update_lines(const Frame& frame, const View& view);
+    void update_section(const Frame& frame, const View& view);
     void update_arrows(const Frame& frame, const View& view, float radius);
 
     struct Mesh {
@@ -49,10 +53,17 @@ class FrameBuffers {
         std::array<std::uint8_t, 4> colour;
     };
 
-    Mesh surface_, arrows_;
-    GlVertexArray line_array_;
-    GlBuffer line_buffer_;
-    std::vector<LineInstance> lines_;
+    struct Lines {
+        GlVertexArray array;
+        GlBuffer buffer;
+        std::vector<LineInstance> instances;
+
+        void upload();
+        void draw() const;
+    };
+
+    Mesh surface_, arrows_, section_;
+    Lines lines_, section_lines_;
 
     bool closed_ = false;
     VertexFaces faces_;

@@ -52,6 +52,17 @@ Matrix4f zoom_to(const PixelBox& part, const View& view) {
     return zoom;
 }
 
+/// Nothing in the lower left of what is bound, and drawing goes there.
+void clear_part(int width, int height) {
+    glViewport(0, 0, width, height);
+    glScissor(0, 0, width, height);
+    glEnable(GL_SCISSOR_TEST);
+    glClearColor(0, 0, 0, 0);
+    glDepthMask(GL_TRUE);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glDisable(GL_SCISSOR_TEST);
+}
+
 /// The lower left of what has been drawn.
 void read(int width, int height, std::vector<std::uint8_t>& rgba) {
     rgba.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
@@ -89,10 +100,11 @@ struct Renderer::Impl {
                       version + shaders::colours + shaders::surface_fragment};
     GlProgram cut_surface{"cut surface", version + shaders::colours + shaders::cut_vertex + shaders::surface_vertex,
                           version + shaders::define_cut + shaders::colours + shaders::cut_fragment + shaders::surface_fragment};
+    GlProgram section{"section", version + shaders::section_vertex, version + shaders::section_fragment};
     GlProgram lines{"lines", version + shaders::cut_vertex + shaders::line_vertex, version + shaders::line_fragment};
     GlVertexArray nothing;
     GlFramebuffer target;
-    GlTexture backdrop, colour, depth;
+    GlTexture backdrop, section_colour, colour, depth;
     FrameBuffers buffers;
     Shadows shadows;
     Visibility visibility;
@@ -101,6 +113,8 @@ struct Renderer::Impl {
 
     void draw_backdrop(const PixelBox& tile, const View& view, const Projection& projection);
     void draw_object(const PixelBox& part, const View& view, const Projection& projection, const Studio& studio, float size);
+    void draw_section(const PixelBox& part, const View& view, const Projection& projection, const Matrix4f& clip);
+    void prepare_lines(const PixelBox& part, const View& view, const Projection& projection, const Matrix4f& clip, float bias);
     void draw_lines(const PixelBox& part, const View& view, const Projection& projection, const Matrix4f& clip, float size);
 };
 
@@ -178,24 +192,23 @@ void Renderer::Impl::draw_object(const PixelBox& part, const View& view, const P
     // Textures keep their size while the part follows the object.
     const int tile_width = std::min(largest_tile, view.width * view.supersampling);
     const int tile_height = std::min(largest_tile, view.height * view.supersampling);
+    const bool cut = !buffers.cut().isZero();
+    if (cut) {
+        section_colour.allocate(tile_width, tile_height, GL_RGBA8, GL_NEAREST);
+        draw_section(part, view, projected, clip);
+    }
     colour.allocate(tile_width, tile_height, GL_RGBA8, GL_NEAREST);
     depth.allocate(tile_width, tile_height, GL_DEPTH_COMPONENT32F, GL_NEAREST);
     target.bind(&colour, &depth);
-    glViewport(0, 0, width, height);
-    glScissor(0, 0, width, height);
-    glEnable(GL_SCISSOR_TEST);
-    glClearColor(0, 0, 0, 0);
-    glDepthMask(GL_TRUE);
-    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    glDisable(GL_SCISSOR_TEST);
+    clear_part(width, height);
     glDisable(GL_BLEND);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_LESS);
     if (buffers.has_solids()) {
-        const bool cut = !buffers.cut().isZero();
         const GlProgram& program = cut ? cut_surface : surface;
         program.use();
         program.set_texture("visibility", 0, GL_TEXTURE_2D, visibility.texture());
+        if (cut) program.set_texture("section", 1, GL_TEXTURE_2D, section_colour.id());
         program.set("clip_from_world", clip);
         program.set("eye_position", Vector3f(view.eye.cast<float>()));
         program.set("cut", buffers.cut());
@@ -212,10 +225,31 @@ void Renderer::Impl::draw_object(const PixelBox& part, const View& view, const P
     read(width, height, samples);
 }
 
+/// Colours of the tets inside, for where the surface's program finds the cut.
+void Renderer::Impl::draw_section(const PixelBox& part, const View& view, const Projection& projected, const Matrix4f& clip) {
+    target.bind(&section_colour, nullptr);
+    clear_part(part.width * view.supersampling, part.height * view.supersampling);
+    glDisable(GL_DEPTH_TEST);
+    glDisable(GL_BLEND);
+    section.use();
+    section.set("clip_from_world", clip);
+    buffers.draw_section();
+    prepare_lines(part, view, projected, clip, 0);
+    buffers.draw_section_lines();
+}
+
 void Renderer::Impl::draw_lines(const PixelBox& part, const View& view, const Projection& projected, const Matrix4f& clip,
                                 float size) {
-    glEnable(GL_BLEND);
     glDepthMask(GL_FALSE);
+    prepare_lines(part, view, projected, clip, 0.004F * size);
+    buffers.draw_lines();
+    glDepthMask(GL_TRUE);
+}
+
+/// bias: [m] towards the eye.
+void Renderer::Impl::prepare_lines(const PixelBox& part, const View& view, const Projection& projected, const Matrix4f& clip,
+                                   float bias) {
+    glEnable(GL_BLEND);
     const double scale = std::max(1.0, std::sqrt(view.height / 720.0)) * view.supersampling;
     lines.use();
     lines.set("clip_from_world", clip);
@@ -224,14 +258,12 @@ void Renderer::Impl::draw_lines(const PixelBox& part, const View& view, const Pr
     lines.set("half_width", static_cast<float>(line_half_width * scale));
     lines.set("cut", buffers.cut());
     lines.set("eye", Vector3f(view.eye.cast<float>()));
-    lines.set("bias", 0.004F * size);
+    lines.set("bias", bias);
     lines.set("near_plane", projected.near_plane);
     // Without a surface the far side shows through: fade it.
     const float far_side = projected.far_plane;
     lines.set("fade", view.surface ? Eigen::Vector2f(far_side * 2, far_side * 3)
                                    : Eigen::Vector2f(projected.near_plane, far_side));
-    buffers.draw_lines();
-    glDepthMask(GL_TRUE);
 }
 
 }  // namespace tetfront

@@ -27,10 +27,28 @@ void main() {
     gl_Position = clip_from_world * vec4(position, 1.0);
 })glsl";
 
+/// The front's section, as colours only.
+inline constexpr const char* section_vertex = R"glsl(
+layout(location = 0) in vec3 position;
+layout(location = 2) in vec4 colour;
+uniform mat4 clip_from_world;
+out vec4 paint;
+void main() {
+    paint = colour;
+    gl_Position = clip_from_world * vec4(position, 1.0);
+})glsl";
+inline constexpr const char* section_fragment = R"glsl(
+in vec4 paint;
+out vec4 result;
+void main() { result = paint; }
+)glsl";
+
 /// Soft studio light: sky and floor from all around, a key light with a soft shadow, a weak fill and a rim from behind.
 inline constexpr const char* surface_fragment = R"glsl(
 in vec3 world, world_normal, albedo;
-#ifndef CUT
+#ifdef CUT
+uniform sampler2D section;       // of the front, where the cut opens it
+#else
 uniform vec3 eye_position;
 #endif
 uniform vec3 up, key_light, fill_light, rim_light;   // unit vectors towards the lights
@@ -45,7 +63,8 @@ void main() {
 #ifdef CUT
     gl_FragDepth = gl_FragCoord.z;
     if (on_cap(x)) {
-        n = cut.xyz, paint = vec3(0.52, 0.49, 0.45);
+        vec4 inside = texelFetch(section, ivec2(gl_FragCoord.xy), 0);
+        n = cut.xyz, paint = mix(vec3(0.52, 0.49, 0.45), decode(inside.rgb), step(0.5, inside.a));
         vec4 clip = clip_from_world * vec4(x, 1.0);
         gl_FragDepth = 0.5 + 0.5 * clip.z / clip.w;
     }

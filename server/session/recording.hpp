@@ -11,7 +11,7 @@
 //
 // The file: 8 bytes "tetfront", u32 version, u32 zero; then chunks of u32 kind, u32 zero, u64 size, u64 checksum of all
 // that and the payload, payload. Kinds: 1 info (JSON), 2 model, 3 topology, 4 frame (of the last topology before it),
-// 5 end. Little-endian. Arrays go through meshoptimizer's vertex codec. Positions are whole multiples of 2^-20 of the
+// 5 end, 6 event (what somebody or the scene's timeline did before the next frame). Little-endian. Arrays go through meshoptimizer's vertex codec. Positions are whole multiples of 2^-20 of the
 // object's longest edge, a micrometre for an object of one metre; fields have 16 bits.
 
 #include "engine/base/atomic_file.hpp"
@@ -28,7 +28,7 @@
 
 namespace tetfront {
 
-inline constexpr std::uint32_t recording_version = 1;
+inline constexpr std::uint32_t recording_version = 2;
 
 /// What a recording says about itself.
 struct RecordingInfo {
@@ -41,6 +41,12 @@ struct RecordingInfo {
     Field field = Field::none;    // that every frame holds
 };
 
+/// A command: {"command": "gravity", "value": [0, 0, -1.62]}, as on the wire but without an id.
+struct RecordedEvent {
+    double time = 0;   // [s] simulated
+    std::string json;  // one line
+};
+
 class RecordingWriter {
  public:
     /// Replaces a file of this name. Throws OutputError.
@@ -51,6 +57,8 @@ class RecordingWriter {
 
     /// Throws OutputError; then the file ends with the last frame that fitted.
     void add(const Frame& frame);
+    /// What happened between the frames before and after. Throws OutputError.
+    void add(const RecordedEvent& event);
     /// Marks the recording as complete and waits for the disk. Throws OutputError.
     void finish();
 
@@ -88,6 +96,8 @@ class Recording {
     [[nodiscard]] const std::shared_ptr<const FrameModel>& model() const { return model_; }
     [[nodiscard]] std::size_t frame_count() const { return frames_.size(); }
     [[nodiscard]] double time(std::size_t index) const { return frames_[index].time; }
+    /// In the order they happened.
+    [[nodiscard]] const std::vector<RecordedEvent>& events() const { return events_; }
     /// Largest field_high() of all frames.
     [[nodiscard]] double field_high() const { return field_high_; }
     /// False: it was cut short or damaged after the last frame.
@@ -113,6 +123,7 @@ class Recording {
     std::shared_ptr<const FrameModel> model_;
     std::vector<Chunk> topologies_;
     std::vector<FrameEntry> frames_;
+    std::vector<RecordedEvent> events_;
     double field_high_ = 0;
     bool complete_ = false;
     std::size_t cached_index_ = 0;  // into topologies_

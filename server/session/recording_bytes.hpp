@@ -23,11 +23,11 @@
 
 namespace tetfront::recording {
 
-enum Kind : std::uint32_t { info = 1, model = 2, topology = 3, frame = 4, end = 5 };
+enum Kind : std::uint32_t { info = 1, model = 2, topology = 3, frame = 4, end = 5, event = 6 };
 
 struct FileHeader {
     std::array<char, 8> magic = {'t', 'e', 't', 'f', 'r', 'o', 'n', 't'};
-    std::uint32_t version = 1, zero = 0;
+    std::uint32_t version = 2, zero = 0;
 };
 static_assert(sizeof(FileHeader) == 16);
 
@@ -48,6 +48,11 @@ struct PackedPoint {
 };
 struct PackedEdge {
     std::uint32_t a, b, level;
+};
+struct PackedPiece {
+    std::array<std::uint32_t, 4> corners;
+    std::uint32_t level;
+    float young;
 };
 constexpr std::int32_t not_finite = std::numeric_limits<std::int32_t>::min();
 

@@ -14,6 +14,8 @@ namespace {
 
 using namespace recording;
 
+constexpr std::size_t longest_event = 10'000, most_events = 10'000'000;
+
 RecordingInfo read_info(std::string_view text, const std::string& source) {
     const JsonDocument document = parse_document(text, source, {});
     const JsonObject o = JsonValue(document).object(
@@ -78,6 +80,14 @@ std::pair<std::shared_ptr<const FrameTopology>, std::uint32_t> read_topology(Pay
     in.check(topology->surface_level.size() == model.young.size(), "its surface has another number of levels");
     topology->tets_by_level = in.get_array<std::uint32_t>();
     in.check(topology->tets_by_level.size() == static_cast<std::size_t>(model.depth) + 1, "its levels are not counted");
+    for (const PackedPiece& piece : in.get_array<PackedPiece>()) {
+        for (const std::uint32_t corner : piece.corners) in.check(corner < vertices, "a tet has no such corner");
+        in.check(piece.level <= static_cast<std::uint32_t>(model.depth), "a tet has no such level");
+        in.check(std::isfinite(piece.young), "a tet's modulus is out of range");
+        topology->pieces.push_back(piece.corners);
+        topology->piece_level.push_back(static_cast<std::uint8_t>(piece.level));
+        topology->piece_young.push_back(piece.young);
+    }
     in.finish();
     return {topology, vertices};
 }
@@ -105,15 +115,17 @@ std::shared_ptr<Frame> read_frame(PayloadReader in, const FrameModel& model, std
     in.check(surface.size() == model.young.size(), "a frame has another number of surface vertices");
     frame->surface.reserve(surface.size());
     for (const PackedPoint& p : surface) frame->surface.push_back(grid.unpack(p.at));
-    if (field != Field::none) {
-        frame->field_values.reserve(surface.size());
-        for (const PackedPoint& p : surface)
-            frame->field_values.push_back(most * static_cast<float>(std::min(p.value, 65535U)) / 65535);
-    }
+    const auto unpack_values = [&](const std::vector<PackedPoint>& points, std::vector<float>& values) {
+        if (field == Field::none) return;
+        values.reserve(points.size());
+        for (const PackedPoint& p : points) values.push_back(most * static_cast<float>(std::min(p.value, 65535U)) / 65535);
+    };
+    unpack_values(surface, frame->field_values);
     const auto front = in.get_array<PackedPoint>();
     in.check(front.size() == front_vertices, "a frame has another number of front vertices");
     frame->front_positions.reserve(front.size());
     for (const PackedPoint& p : front) frame->front_positions.push_back(grid.unpack(p.at));
+    unpack_values(front, frame->front_values);
     in.finish();
     return frame;
 }
@@ -182,6 +194,12 @@ void Recording::scan() {
             in.check(std::isfinite(time) && (frames_.empty() || time >= frames_.back().time), "its frames go back in time");
             if (std::isfinite(high)) field_high_ = std::max(field_high_, static_cast<double>(high));
             frames_.push_back({place, topologies_.size() - 1, time});
+        } else if (chunk.kind == Kind::event && model_) {
+            PayloadReader event = in;
+            const auto time = event.get<double>();
+            in.check(std::isfinite(time) && events_.size() < most_events, "an event is out of range");
+            events_.push_back({time, one_line(event.get_text(longest_event), longest_event)});
+            event.finish();
         } else if (chunk.kind == Kind::end) {
             complete_ = true;
         } else {

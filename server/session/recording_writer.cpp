@@ -55,14 +55,25 @@ std::string topology_payload(const FrameTopology& topology, std::size_t front_ve
     const std::vector<std::uint32_t> levels(topology.surface_level.begin(), topology.surface_level.end());
     out.put_array(std::span(levels));
     out.put_array(std::span(topology.tets_by_level));
+    std::vector<PackedPiece> pieces;
+    pieces.reserve(topology.pieces.size());
+    for (std::size_t i = 0; i < topology.pieces.size(); ++i)
+        pieces.push_back({topology.pieces[i], topology.piece_level[i], topology.piece_young[i]});
+    out.put_array(std::span<const PackedPiece>(pieces));
     return out.bytes();
 }
 
 std::string frame_payload(const Frame& frame, const Grid& grid) {
     PayloadWriter out;
     float most = 0;
-    for (const float value : frame.field_values)
-        if (std::isfinite(value)) most = std::max(most, value);
+    for (const std::vector<float>* values : {&frame.field_values, &frame.front_values})
+        for (const float value : *values)
+            if (std::isfinite(value)) most = std::max(most, value);
+    const auto packed = [most](const std::vector<float>& values, std::size_t i) -> std::uint32_t {
+        if (values.empty() || most <= 0) return 0;
+        const float share = values[i] / most * 65535 + 0.5F;
+        return share > 0 ? static_cast<std::uint32_t>(std::min(share, 65535.0F)) : 0;  // NaN: 0
+    };
     const FrameStatus& status = frame.status;
     out.put(status.time);
     out.put(most);
@@ -78,17 +89,12 @@ std::string frame_payload(const Frame& frame, const Grid& grid) {
     out.put_array(std::span(frame.pulls));
     std::vector<PackedPoint> points;
     points.reserve(std::max(frame.surface.size(), frame.front_positions.size()));
-    for (std::size_t i = 0; i < frame.surface.size(); ++i) {
-        std::uint32_t value = 0;
-        if (!frame.field_values.empty() && most > 0) {
-            const float share = frame.field_values[i] / most * 65535 + 0.5F;
-            value = share > 0 ? static_cast<std::uint32_t>(std::min(share, 65535.0F)) : 0;  // NaN: 0
-        }
-        points.push_back({grid.pack(frame.surface[i]), value});
-    }
+    for (std::size_t i = 0; i < frame.surface.size(); ++i)
+        points.push_back({grid.pack(frame.surface[i]), packed(frame.field_values, i)});
     out.put_array(std::span<const PackedPoint>(points));
     points.clear();
-    for (const auto& p : frame.front_positions) points.push_back({grid.pack(p), 0});
+    for (std::size_t i = 0; i < frame.front_positions.size(); ++i)
+        points.push_back({grid.pack(frame.front_positions[i]), packed(frame.front_values, i)});
     out.put_array(std::span<const PackedPoint>(points));
     return out.bytes();
 }
@@ -154,6 +160,13 @@ void RecordingWriter::add(const Frame& frame) {
     topology_ = frame.topology;
     append(Kind::frame, frame_payload(frame, grid));
     ++frames_;
+}
+
+void RecordingWriter::add(const RecordedEvent& event) {
+    PayloadWriter out;
+    out.put(event.time);
+    out.put(std::string_view(event.json));
+    append(Kind::event, out.bytes());
 }
 
 void RecordingWriter::finish() {

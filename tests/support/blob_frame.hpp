@@ -1,6 +1,6 @@
 #pragma once
 // A frame made by hand: a lump without any symmetry on three levels, with a stiffness that grows downwards, and a front
-// that encloses it.
+// that encloses it, with tets inside.
 //
 //     auto frame = blob_frame(24);              // 2 * 24 * 48 - 96 triangles
 
@@ -75,6 +75,30 @@ inline std::shared_ptr<Frame> blob_frame(int rings, int up = 2) {
             if (i + 1 == cage) continue;
             topology->edges.push_back({a, a + 2 * cage});
             topology->edge_level.push_back(static_cast<std::uint8_t>(i < 3 ? 0 : i < 6 ? 1 : 2));
+        }
+    }
+    // Pieces: the cage's triangles and its middle span tets, whose inner halves are of level 0.
+    const auto outer = static_cast<std::uint32_t>(frame->front_positions.size());
+    grid(frame->front_positions, cage, 0.5);
+    std::array<float, 3> middle{};
+    middle[static_cast<std::size_t>(up)] = 0.4F;
+    frame->front_positions.push_back(middle);
+    const std::uint32_t centre = 2 * outer;
+    const auto add_cone = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, int level) {
+        const std::uint32_t d = a + outer, e = b + outer, f = c + outer;
+        for (const auto& piece : {std::array{centre, d, e, f}, {a, b, c, d}, {b, c, d, e}, {c, d, e, f}}) {
+            topology->pieces.push_back(piece);
+            topology->piece_level.push_back(static_cast<std::uint8_t>(piece[0] == centre ? 0 : level));
+            topology->piece_young.push_back(piece[0] == centre ? 1e6F : 1e5F);
+        }
+    };
+    const auto on_cage = [&](int i, int j) { return static_cast<std::uint32_t>(1 + (i - 1) * 2 * cage + j % (2 * cage)); };
+    for (int j = 0; j < 2 * cage; ++j) {
+        add_cone(0, on_cage(1, j), on_cage(1, j + 1), 1);
+        add_cone(outer - 1, on_cage(cage - 1, j), on_cage(cage - 1, j + 1), 2);
+        for (int i = 1; i + 1 < cage; ++i) {
+            add_cone(on_cage(i, j), on_cage(i, j + 1), on_cage(i + 1, j + 1), i < 4 ? 1 : 2);
+            add_cone(on_cage(i, j), on_cage(i + 1, j), on_cage(i + 1, j + 1), i < 4 ? 1 : 2);
         }
     }
     topology->epoch = 1;

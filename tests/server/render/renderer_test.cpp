@@ -84,7 +84,11 @@ TEST(Renderer, MatchesGoldenPicturesOfEveryColouringAndOverlay) {
     }
     view.colouring = Colouring::level;
     view.cut = CutPlane{{0.1, 0, 0.4}, {1, -0.35, 0.3}};
-    expect_golden_picture("render_cut.png", picture(*blob_frame(24), view));
+    auto without_tets = blob_frame(24);  // of which only the edges are known: the cut is plain
+    auto plain = std::make_shared<FrameTopology>(*without_tets->topology);
+    plain->pieces.clear(), plain->piece_level.clear(), plain->piece_young.clear();
+    without_tets->topology = plain;
+    expect_golden_picture("render_cut.png", picture(*without_tets, view));
     view.surface = false;
     expect_golden_picture("render_cut_edges.png", picture(*blob_frame(24), view));
     view.cut.reset(), view.surface = true, view.background = Background::transparent;
@@ -133,6 +137,37 @@ TEST(Renderer, CutHidesOneSideAndClosesTheOther) {
     view.cut = CutPlane{{0, 0, 0.4}, {0, 0, 2}};  // normals need no unit length
     EXPECT_LT(covered(view), 0.8 * whole);
     EXPECT_GT(covered(view), 0.3 * whole);
+}
+
+TEST(Renderer, CutShowsTheTetsInside) {
+    const auto frame = blob_frame(24);
+    View view = small_view(*frame);
+    view.legend = false, view.floor.reset();
+    const Vec3 towards = (view.eye - view.target).normalized();
+    view.cut = CutPlane{{0, 0, 0.4}, towards};
+    const auto hue = [&](const std::uint8_t* p) {  // of the three levels' colours the nearest in direction
+        int best = -1;
+        double most = 0;
+        for (int level = 0; level < 3; ++level) {
+            const Rgb c = level_colour(level);
+            const Vec3 a(p[0], p[1], p[2]), b(c.r, c.g, c.b);
+            const double likeness = a.normalized().dot(b.normalized());
+            if (likeness > most) most = likeness, best = level;
+        }
+        return best;
+    };
+    const Image image = picture(*frame, view);
+    const auto seen_at = [&](const Vec3& p) {
+        const Eigen::Vector4f clip = clip_from_eye(view, 0.1, 10) * eye_from_world(view) * p.cast<float>().homogeneous();
+        return hue(image.pixel(static_cast<int>((clip[0] / clip[3] + 1) / 2 * static_cast<float>(view.width)),
+                               static_cast<int>((1 - clip[1] / clip[3]) / 2 * static_cast<float>(view.height))));
+    };
+    const Vec3 upwards = (Vec3::UnitZ() - towards[2] * towards).normalized();
+    EXPECT_EQ(seen_at({0, 0, 0.4}), 0) << "the middle";
+    EXPECT_EQ(seen_at(Vec3(0, 0, 0.4) + 0.33 * upwards), 2);
+    EXPECT_EQ(seen_at(Vec3(0, 0, 0.4) - 0.33 * upwards), 1);
+    view.wireframe = true;
+    EXPECT_GT(share_different(image, picture(*frame, view), 10), 0.02) << "their edges";
 }
 
 TEST(Renderer, ComparisonSeesPlantedFaults) {

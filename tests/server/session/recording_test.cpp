@@ -28,7 +28,15 @@ std::string read_all(const std::filesystem::path& file) {
 
 /// Frame k: the lump k centimetres higher, with a front that changes after every second one.
 std::shared_ptr<Frame> moment(int k) {
-    static const std::shared_ptr<Frame> base = blob_frame(12);
+    static const std::shared_ptr<Frame> base = [] {
+        auto lump = blob_frame(12);
+        auto topology = std::make_shared<FrameTopology>(*lump->topology);
+        lump->front_positions.resize(114);  // the cage
+        topology->pieces = {{0, 1, 2, 3}, {3, 4, 5, 113}};
+        topology->piece_level = {0, 2}, topology->piece_young = {1e4F, 2.5e5F};
+        lump->topology = topology;
+        return lump;
+    }();
     static std::vector<std::shared_ptr<FrameTopology>> topologies;
     while (topologies.size() <= static_cast<std::size_t>(k / 2)) {
         topologies.push_back(std::make_shared<FrameTopology>(*base->topology));
@@ -41,6 +49,8 @@ std::shared_ptr<Frame> moment(int k) {
     frame->field = Field::stress;
     for (std::size_t i = 0; i < frame->surface.size(); ++i)
         frame->field_values.push_back(static_cast<float>(i) * static_cast<float>(k + 1));
+    frame->front_values.assign(frame->front_positions.size(), 0.0F);
+    frame->front_values[5] = 3;
     frame->pulls = {{{1, 2, 3}, {4, 5, 6}, 7}};
     frame->status.time = k / 30.0;
     frame->status.step = static_cast<std::uint64_t>(2 * k);
@@ -88,6 +98,9 @@ TEST(Recording, GivesBackWhatWentIn) {
         EXPECT_EQ(seen->topology->edge_level, made->topology->edge_level);
         EXPECT_EQ(seen->topology->surface_level, made->topology->surface_level);
         EXPECT_EQ(seen->topology->tets_by_level, made->topology->tets_by_level);
+        EXPECT_EQ(seen->topology->pieces, made->topology->pieces);
+        EXPECT_EQ(seen->topology->piece_level, made->topology->piece_level);
+        EXPECT_EQ(seen->topology->piece_young, made->topology->piece_young);
         EXPECT_EQ(seen->topology->epoch, made->topology->epoch);
         EXPECT_EQ(seen->status.time, made->status.time);
         EXPECT_EQ(seen->status.step, made->status.step);
@@ -99,10 +112,32 @@ TEST(Recording, GivesBackWhatWentIn) {
             for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(seen->surface[i][c], made->surface[i][c], 1e-6);
         for (std::size_t i = 0; i < made->front_positions.size(); ++i)
             for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(seen->front_positions[i][c], made->front_positions[i][c], 1e-6);
+        ASSERT_EQ(seen->front_values.size(), made->front_values.size());
+        EXPECT_NEAR(seen->front_values[5], 3, made->field_values.back() / 65535);
+        EXPECT_EQ(seen->front_values[6], 0);
         for (std::size_t i = 0; i < made->surface.size(); ++i)
             EXPECT_NEAR(seen->field_values[i], made->field_values[i], made->field_values.back() / 65535);
     }
     EXPECT_EQ(run.frame(2)->topology, run.frame(3)->topology) << "shared, so that colours are not sent anew";
+}
+
+TEST(Recording, KeepsEventsBetweenFrames) {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "run.tfr";
+    const std::string gravity = R"({"command":"gravity","value":[0,0,-1.62]})";
+    {
+        RecordingWriter writer(file, info(), *moment(0)->model);
+        writer.add(*moment(0));
+        writer.add(RecordedEvent{0.02, gravity});
+        writer.add(RecordedEvent{0.03, "{}"});
+        writer.add(*moment(1));
+    }
+    Recording run(file);
+    ASSERT_EQ(run.events().size(), 2U);
+    EXPECT_EQ(run.events()[0].time, 0.02);
+    EXPECT_EQ(run.events()[0].json, gravity);
+    EXPECT_EQ(run.frame_count(), 2U);
+    EXPECT_EQ(run.frame(1)->status.time, moment(1)->status.time);
 }
 
 TEST(Recording, SameFramesSameBytesAndFewOfThem) {
@@ -185,12 +220,12 @@ TEST(Recording, RefusesOtherFiles) {
     EXPECT_THROW(Recording(folder.path()), InputError);
     write(folder.path() / "run.tfr", 1);
     std::string newer = read_all(folder.path() / "run.tfr");
-    newer[8] = 2;
+    newer[8] = 9;
     try {
         from_bytes(newer);
-        ADD_FAILURE() << "version 2 was read";
+        ADD_FAILURE() << "version 9 was read";
     } catch (const InputError& error) {
-        EXPECT_NE(std::string(error.what()).find("version 2"), std::string::npos) << error.what();
+        EXPECT_NE(std::string(error.what()).find("version 9"), std::string::npos) << error.what();
     }
 }
 
