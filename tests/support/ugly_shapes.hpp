@@ -67,7 +67,7 @@ SurfaceMesh numbered(SurfaceMesh mesh, const Keep& keep) {
 }
 
 inline std::vector<UglyShape> ugly_shapes() {
-    using namespace shapes;
+    using namespace test_surfaces;
     constexpr double pi = std::numbers::pi, ball_volume = 4.0 / 3 * pi * 0.125;
     const SurfaceMesh ball = sphere({0, 0, 0}, 0.5, 4);
     const auto joined = [](SurfaceMesh a, const SurfaceMesh& b, bool flipped = false) {

@@ -17,7 +17,7 @@ namespace tetfront {
 namespace {
 
 const SurfaceMesh& ball() {
-    static const SurfaceMesh mesh = shapes::sphere({1, 0, 0}, 2, 2);
+    static const SurfaceMesh mesh = test_surfaces::sphere({1, 0, 0}, 2, 2);
     return mesh;
 }
 
@@ -89,7 +89,7 @@ TEST(ReadSurface, AllFormatsGiveTheSameBall) {
         EXPECT_EQ(read.mesh.triangles.size(), ball().triangles.size()) << name;
         EXPECT_EQ(read.repairs.open_edges, 0u) << name;
         EXPECT_EQ(read.repairs.parts, 1u) << name;
-        EXPECT_NEAR(shapes::surface_volume(read.mesh), 1e-3 * shapes::surface_volume(ball()), 1e-6) << name;
+        EXPECT_NEAR(test_surfaces::surface_volume(read.mesh), 1e-3 * test_surfaces::surface_volume(ball()), 1e-6) << name;
     }
 }
 
@@ -132,7 +132,7 @@ TEST(ReadSurface, BinaryAndSceneFormatsGiveTheSameBall) {
         EXPECT_EQ(read.mesh.positions.size(), ball().positions.size()) << name;
         EXPECT_EQ(read.mesh.triangles.size(), ball().triangles.size()) << name;
         EXPECT_EQ(read.repairs.open_edges, 0u) << name;
-        EXPECT_NEAR(shapes::surface_volume(read.mesh), 1e-3 * shapes::surface_volume(ball()), 1e-6) << name;
+        EXPECT_NEAR(test_surfaces::surface_volume(read.mesh), 1e-3 * test_surfaces::surface_volume(ball()), 1e-6) << name;
     }
 }
 
@@ -155,7 +155,7 @@ TEST(ReadSurface, NodesOfGltfAreTransformedAndMerged) {
     const ImportedSurface read = read_surface(file);
     EXPECT_EQ(read.repairs.parts, 2u);
     EXPECT_EQ(read.repairs.components, 2u);
-    EXPECT_NEAR(shapes::surface_volume(read.mesh), 1.0 / 6 + 8.0 / 6, 1e-6);
+    EXPECT_NEAR(test_surfaces::surface_volume(read.mesh), 1.0 / 6 + 8.0 / 6, 1e-6);
     double highest = 0;
     for (const Vec3& x : read.mesh.positions) highest = std::max(highest, x[0]);
     EXPECT_NEAR(highest, 7, 1e-6);
@@ -168,7 +168,7 @@ TEST(ReadSurface, PolygonsAreTriangulated) {
                                       "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
     const ImportedSurface read = read_surface(file);
     EXPECT_EQ(read.mesh.triangles.size(), 12u);
-    EXPECT_NEAR(shapes::surface_volume(read.mesh), 1, 1e-6);
+    EXPECT_NEAR(test_surfaces::surface_volume(read.mesh), 1, 1e-6);
 }
 
 TEST(ReadSurface, UnusableFilesSayWhatToDo) {

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <utility>
 
-namespace tetfront::shapes {
+namespace tetfront::test_surfaces {
 
 inline double surface_volume(const SurfaceMesh& mesh) {
     double volume = 0;
@@ -93,4 +93,4 @@ inline void append(SurfaceMesh& mesh, const SurfaceMesh& other, bool flipped = f
     }
 }
 
-}  // namespace tetfront::shapes
+}  // namespace tetfront::test_surfaces

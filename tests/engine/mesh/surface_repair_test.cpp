@@ -7,7 +7,7 @@
 namespace tetfront {
 namespace {
 
-using shapes::surface_volume;
+using test_surfaces::surface_volume;
 
 /// Each triangle with vertices of its own, as STL files have them.
 SurfaceMesh soup(const SurfaceMesh& mesh) {
@@ -21,7 +21,7 @@ SurfaceMesh soup(const SurfaceMesh& mesh) {
 }
 
 TEST(SurfaceRepair, SoundSurfaceStays) {
-    const SurfaceMesh sound = shapes::torus(1, 0.4);
+    const SurfaceMesh sound = test_surfaces::torus(1, 0.4);
     SurfaceMesh mesh = sound;
     const SurfaceRepairs repairs = repair(mesh);
     EXPECT_EQ(mesh.positions, sound.positions);
@@ -31,7 +31,7 @@ TEST(SurfaceRepair, SoundSurfaceStays) {
 }
 
 TEST(SurfaceRepair, WeldsSoup) {
-    const SurfaceMesh sound = shapes::sphere({0, 0, 0}, 1, 2);
+    const SurfaceMesh sound = test_surfaces::sphere({0, 0, 0}, 1, 2);
     SurfaceMesh mesh = soup(sound);
     mesh.positions.emplace_back(9, 9, 9);
     const SurfaceRepairs repairs = repair(mesh);
@@ -44,7 +44,7 @@ TEST(SurfaceRepair, WeldsSoup) {
 }
 
 TEST(SurfaceRepair, DropsDegenerateAndDuplicateTriangles) {
-    SurfaceMesh mesh = shapes::sphere({0, 0, 0}, 1, 2);
+    SurfaceMesh mesh = test_surfaces::sphere({0, 0, 0}, 1, 2);
     const double volume = surface_volume(mesh);
     mesh.triangles.push_back({4, 4, 7});
     const auto t = mesh.triangles[5];
@@ -57,24 +57,24 @@ TEST(SurfaceRepair, DropsDegenerateAndDuplicateTriangles) {
 }
 
 TEST(SurfaceRepair, TwoSidedSurfaceKeepsOneSide) {
-    SurfaceMesh mesh = shapes::sphere({0, 0, 0}, 1, 2);
+    SurfaceMesh mesh = test_surfaces::sphere({0, 0, 0}, 1, 2);
     const double volume = surface_volume(mesh);
-    shapes::append(mesh, shapes::sphere({0, 0, 0}, 1, 2), true);
+    test_surfaces::append(mesh, test_surfaces::sphere({0, 0, 0}, 1, 2), true);
     const SurfaceRepairs repairs = repair(mesh);
     EXPECT_EQ(repairs.duplicate_triangles, mesh.triangles.size());
     EXPECT_NEAR(surface_volume(mesh), volume, 1e-12);
 }
 
 TEST(SurfaceRepair, TouchingBodiesKeepTheirCommonWall) {
-    SurfaceMesh mesh = shapes::cube({0, 0, 0}, {1, 1, 1});
-    shapes::append(mesh, shapes::cube({1, 0, 0}, {2, 1, 1}));
+    SurfaceMesh mesh = test_surfaces::cube({0, 0, 0}, {1, 1, 1});
+    test_surfaces::append(mesh, test_surfaces::cube({1, 0, 0}, {2, 1, 1}));
     const SurfaceRepairs repairs = repair(mesh);
     EXPECT_EQ(repairs.duplicate_triangles, 0u);
     EXPECT_NEAR(surface_volume(mesh), 2, 1e-12);
 }
 
 TEST(SurfaceRepair, FlippedTrianglesFollowTheirNeighbours) {
-    SurfaceMesh mesh = shapes::torus(1, 0.4);
+    SurfaceMesh mesh = test_surfaces::torus(1, 0.4);
     const SurfaceMesh sound = mesh;
     for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
     const SurfaceRepairs repairs = repair(mesh);
@@ -83,13 +83,13 @@ TEST(SurfaceRepair, FlippedTrianglesFollowTheirNeighbours) {
 }
 
 TEST(SurfaceRepair, ClosedSurfacesFaceOutwardsAndCavitiesInwards) {
-    const double outer = surface_volume(shapes::sphere({0, 0, 0}, 1, 3));
-    const double inner = surface_volume(shapes::sphere({0, 0, 0}, 0.5, 3));
+    const double outer = surface_volume(test_surfaces::sphere({0, 0, 0}, 1, 3));
+    const double inner = surface_volume(test_surfaces::sphere({0, 0, 0}, 0.5, 3));
     for (bool outer_flipped : {false, true}) {
         for (bool inner_flipped : {false, true}) {
             SurfaceMesh mesh;
-            shapes::append(mesh, shapes::sphere({0.1, 0, 0}, 0.5, 3), inner_flipped);
-            shapes::append(mesh, shapes::sphere({0, 0, 0}, 1, 3), outer_flipped);
+            test_surfaces::append(mesh, test_surfaces::sphere({0.1, 0, 0}, 0.5, 3), inner_flipped);
+            test_surfaces::append(mesh, test_surfaces::sphere({0, 0, 0}, 1, 3), outer_flipped);
             const SurfaceRepairs repairs = repair(mesh);
             EXPECT_EQ(repairs.components, 2u);
             // Opposite orientations mean a cavity, equal ones a body within a body; the outer one faces outwards.
@@ -100,9 +100,9 @@ TEST(SurfaceRepair, ClosedSurfacesFaceOutwardsAndCavitiesInwards) {
 }
 
 TEST(SurfaceRepair, OpenSurfaceThatEnclosesFacesOutwards) {
-    const SurfaceMesh bowl = shapes::part(shapes::sphere({0, 0, 0}, 1, 3), [](const Vec3& c) { return c[2] < 0.4; });
+    const SurfaceMesh bowl = test_surfaces::part(test_surfaces::sphere({0, 0, 0}, 1, 3), [](const Vec3& c) { return c[2] < 0.4; });
     SurfaceMesh flipped;
-    shapes::append(flipped, bowl, true);
+    test_surfaces::append(flipped, bowl, true);
     const SurfaceRepairs repairs = repair(flipped);
     EXPECT_EQ(repairs.flipped_triangles, bowl.triangles.size());
     EXPECT_GT(repairs.open_edges, 0u);

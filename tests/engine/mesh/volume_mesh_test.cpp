@@ -24,7 +24,7 @@ void expect_sound(const VolumeMesh& result, int target) {
 
 TEST(VolumeMesh, HitsItsTargetForASphere) {
     for (int target : {100, 700, 3000}) {
-        const VolumeMesh result = mesh_volume(shapes::sphere({1, 2, 3}, 0.5), {.target_tets = target});
+        const VolumeMesh result = mesh_volume(test_surfaces::sphere({1, 2, 3}, 0.5), {.target_tets = target});
         expect_sound(result, target);
         EXPECT_EQ(result.report.mesh_pieces, 1u);
         EXPECT_LT(result.report.outside_distance, 0.12 * result.report.cell);
@@ -33,13 +33,13 @@ TEST(VolumeMesh, HitsItsTargetForASphere) {
 }
 
 TEST(VolumeMesh, WithoutMarginTheVolumeConverges) {
-    const SurfaceMesh torus = shapes::torus(1, 0.4, 96, 48);
+    const SurfaceMesh torus = test_surfaces::torus(1, 0.4, 96, 48);
     double previous = 1;
     for (int target : {400, 3200, 25600}) {
         const VolumeMesh result = mesh_volume(torus, {.target_tets = target, .margin = 0, .thicken = false});
         expect_sound(result, target);
         const double error = std::abs(result.report.mesh_volume / result.report.surface_volume - 1);
-        EXPECT_NEAR(result.report.surface_volume, shapes::surface_volume(torus), 1e-9);
+        EXPECT_NEAR(result.report.surface_volume, test_surfaces::surface_volume(torus), 1e-9);
         EXPECT_LT(error, previous / 2);
         previous = error;
     }
@@ -47,7 +47,7 @@ TEST(VolumeMesh, WithoutMarginTheVolumeConverges) {
 }
 
 TEST(VolumeMesh, OpenHemisphereIsClosedByItsWindingNumber) {
-    const SurfaceMesh bowl = shapes::part(shapes::sphere({0, 0, 0}, 1, 5), [](const Vec3& c) { return c[2] < 0.5; });
+    const SurfaceMesh bowl = test_surfaces::part(test_surfaces::sphere({0, 0, 0}, 1, 5), [](const Vec3& c) { return c[2] < 0.5; });
     const VolumeMesh result = mesh_volume(bowl, {.target_tets = 1000, .margin = 0, .thicken = false});
     expect_sound(result, 1000);
     // The ball without its cap, give or take how the winding number bridges the hole.
@@ -58,8 +58,8 @@ TEST(VolumeMesh, OpenHemisphereIsClosedByItsWindingNumber) {
 
 TEST(VolumeMesh, ThinEarsAreThickenedInsteadOfLost) {
     // A ball with a thin plate growing out of it, much thinner than a cell.
-    SurfaceMesh shape = shapes::sphere({0, 0, 0}, 0.5);
-    shapes::append(shape, shapes::cube({-0.02, -0.2, 0.3}, {0.02, 0.2, 1.5}));
+    SurfaceMesh shape = test_surfaces::sphere({0, 0, 0}, 0.5);
+    test_surfaces::append(shape, test_surfaces::cube({-0.02, -0.2, 0.3}, {0.02, 0.2, 1.5}));
     const VolumeMesh lost = mesh_volume(shape, {.target_tets = 500, .margin = 0.1, .thicken = false});
     EXPECT_GT(lost.report.outside_distance, 0.5);
     const VolumeMesh kept = mesh_volume(shape, {.target_tets = 500});
@@ -70,8 +70,8 @@ TEST(VolumeMesh, ThinEarsAreThickenedInsteadOfLost) {
 }
 
 TEST(VolumeMesh, OnePieceForEachSeparatePart) {
-    SurfaceMesh two = shapes::sphere({0, 0, 0}, 0.5);
-    shapes::append(two, shapes::sphere({3, 0, 0}, 0.3));
+    SurfaceMesh two = test_surfaces::sphere({0, 0, 0}, 0.5);
+    test_surfaces::append(two, test_surfaces::sphere({3, 0, 0}, 0.3));
     const VolumeMesh result = mesh_volume(two, {.target_tets = 1500});
     EXPECT_EQ(result.report.surface_pieces, 2u);
     EXPECT_EQ(result.report.mesh_pieces, 2u);
@@ -80,7 +80,7 @@ TEST(VolumeMesh, OnePieceForEachSeparatePart) {
 
 TEST(VolumeMesh, CutOffEndsAreDroppedAndReported) {
     // A dumbbell with a waist far thinner than a cell.
-    SurfaceMesh dumbbell = shapes::sphere({0, 0, 0}, 0.5, 5);
+    SurfaceMesh dumbbell = test_surfaces::sphere({0, 0, 0}, 0.5, 5);
     for (Vec3& x : dumbbell.positions) {
         const double z = 3 * x[2];
         const double waist = 0.004 + 0.996 * std::min(1.0, z * z * 1.5);
@@ -97,8 +97,8 @@ TEST(VolumeMesh, CutOffEndsAreDroppedAndReported) {
 }
 
 TEST(VolumeMesh, SurvivesDirtySurfaces) {
-    SurfaceMesh dirty = shapes::sphere({0, 0, 0}, 1, 3);
-    shapes::append(dirty, shapes::sphere({0.7, 0, 0}, 0.8, 3));  // interpenetrating
+    SurfaceMesh dirty = test_surfaces::sphere({0, 0, 0}, 1, 3);
+    test_surfaces::append(dirty, test_surfaces::sphere({0.7, 0, 0}, 0.8, 3));  // interpenetrating
     for (std::size_t t = 0; t < dirty.triangles.size(); t += 20) dirty.triangles.push_back(dirty.triangles[t]);
     for (std::size_t t = 0; t < dirty.triangles.size(); t += 37)
         std::swap(dirty.triangles[t][0], dirty.triangles[t][1]);
@@ -109,7 +109,7 @@ TEST(VolumeMesh, SurvivesDirtySurfaces) {
 }
 
 TEST(VolumeMesh, DoesNotDependOnScale) {
-    const SurfaceMesh unit = shapes::part(shapes::torus(1, 0.4, 32, 16), [](const Vec3& c) { return c[0] < 1.2; });
+    const SurfaceMesh unit = test_surfaces::part(test_surfaces::torus(1, 0.4, 32, 16), [](const Vec3& c) { return c[0] < 1.2; });
     const std::size_t tets = mesh_volume(unit, {.target_tets = 400}).report.tets;
     for (double scale : {1e-6, 1e6}) {
         SurfaceMesh scaled = unit;
@@ -122,19 +122,19 @@ TEST(VolumeMesh, DoesNotDependOnScale) {
 }
 
 TEST(VolumeMesh, IsDeterministic) {
-    const VolumeMesh a = mesh_volume(shapes::torus(1, 0.4), {.target_tets = 800});
-    const VolumeMesh b = mesh_volume(shapes::torus(1, 0.4), {.target_tets = 800});
+    const VolumeMesh a = mesh_volume(test_surfaces::torus(1, 0.4), {.target_tets = 800});
+    const VolumeMesh b = mesh_volume(test_surfaces::torus(1, 0.4), {.target_tets = 800});
     EXPECT_EQ(a.mesh.positions, b.mesh.positions);
     EXPECT_EQ(a.mesh.corners, b.mesh.corners);
 }
 
 TEST(VolumeMesh, RefusesWhatItCannotFill) {
-    const SurfaceMesh ball = shapes::sphere({0, 0, 0}, 1, 2);
+    const SurfaceMesh ball = test_surfaces::sphere({0, 0, 0}, 1, 2);
     EXPECT_THROW(mesh_volume(ball, {.target_tets = 5}), InputError);
     EXPECT_THROW(mesh_volume(ball, {.margin = 2}), InputError);
     EXPECT_THROW(mesh_volume({}), InputError);
     SurfaceMesh inside_out;
-    shapes::append(inside_out, ball, true);
+    test_surfaces::append(inside_out, ball, true);
     EXPECT_THROW(mesh_volume(inside_out, {.target_tets = 100, .margin = 0, .thicken = false}), InputError);
     SurfaceMesh point = ball;
     for (Vec3& x : point.positions) x.setOnes();

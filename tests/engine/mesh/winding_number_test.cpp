@@ -24,7 +24,7 @@ std::vector<Vec3> random_points(std::size_t count, double size) {
 }
 
 TEST(WindingNumber, CubeIsOneInsideAndZeroOutside) {
-    const SurfaceBvh bvh(shapes::cube({-1, -1, -1}, {1, 1, 1}));
+    const SurfaceBvh bvh(test_surfaces::cube({-1, -1, -1}, {1, 1, 1}));
     for (const Vec3& p : random_points(500, 2)) {
         const double depth = 1 - p.cwiseAbs().maxCoeff();
         if (std::abs(depth) < 1e-6) continue;
@@ -34,7 +34,7 @@ TEST(WindingNumber, CubeIsOneInsideAndZeroOutside) {
 }
 
 TEST(WindingNumber, ExpansionIsCloseToTheExactSum) {
-    const SurfaceBvh bvh(shapes::torus(1, 0.4, 96, 48));
+    const SurfaceBvh bvh(test_surfaces::torus(1, 0.4, 96, 48));
     double worst = 0;
     for (const Vec3& p : random_points(500, 1.6))
         worst = std::max(worst, std::abs(bvh.winding_number(p) - bvh.exact_winding_number(p)));
@@ -44,16 +44,16 @@ TEST(WindingNumber, ExpansionIsCloseToTheExactSum) {
 
 TEST(WindingNumber, FlippedSurfaceIsMinusOneAndNestedSurfacesAdd) {
     SurfaceMesh flipped;
-    shapes::append(flipped, shapes::sphere({0, 0, 0}, 1), true);
+    test_surfaces::append(flipped, test_surfaces::sphere({0, 0, 0}, 1), true);
     EXPECT_NEAR(SurfaceBvh(flipped).winding_number({0.1, 0.2, 0.3}), -1, 5e-3);
-    SurfaceMesh nested = shapes::sphere({0, 0, 0}, 1);
-    shapes::append(nested, shapes::sphere({0, 0, 0}, 0.5));
+    SurfaceMesh nested = test_surfaces::sphere({0, 0, 0}, 1);
+    test_surfaces::append(nested, test_surfaces::sphere({0, 0, 0}, 0.5));
     EXPECT_NEAR(SurfaceBvh(nested).winding_number({0.1, 0, 0}), 2, 3e-2);
     EXPECT_NEAR(SurfaceBvh(nested).winding_number({0.8, 0, 0}), 1, 1e-2);
 }
 
 TEST(WindingNumber, OpenHemisphereIsItsSolidAngle) {
-    const SurfaceMesh bowl = shapes::part(shapes::sphere({0, 0, 0}, 1, 6), [](const Vec3& c) { return c[2] < 0; });
+    const SurfaceMesh bowl = test_surfaces::part(test_surfaces::sphere({0, 0, 0}, 1, 6), [](const Vec3& c) { return c[2] < 0; });
     const SurfaceBvh bvh(bowl);
     EXPECT_NEAR(bvh.winding_number({0, 0, 0}), 0.5, 2e-3);
     // From a point on the axis at height h the rim subtends the solid angle 2 pi (1 - h / sqrt(1 + h^2)).
@@ -64,7 +64,7 @@ TEST(WindingNumber, OpenHemisphereIsItsSolidAngle) {
 }
 
 TEST(ClosestPoint, AgreesWithAllTriangles) {
-    const SurfaceMesh mesh = shapes::torus(1, 0.4, 24, 12);
+    const SurfaceMesh mesh = test_surfaces::torus(1, 0.4, 24, 12);
     const SurfaceBvh bvh(mesh);
     for (const Vec3& p : random_points(300, 2)) {
         double best = std::numeric_limits<double>::infinity();

@@ -87,7 +87,7 @@ TEST(Surface, OutsideVerticesFollowTheNearestLeafAffinely) {
 
 TEST(Surface, StaysWholeUnderASmoothDeformation) {
     // A meshed ball, its surface partly outside of the tets, bent smoothly: no edge of the surface may jump.
-    const SurfaceMesh ball = shapes::sphere({0, 0, 0}, 1, 4);
+    const SurfaceMesh ball = test_surfaces::sphere({0, 0, 0}, 1, 4);
     const VolumeMesh coarse = mesh_volume(ball, {.target_tets = 300, .margin = 0});
     const TetTree tree(coarse.mesh, 2);
     const Surface surface = embed(ball, tree);
