@@ -19,6 +19,8 @@ export default tseslint.config(
     languageOptions: {
       globals: {
         process: "readonly",
+        window: "readonly",
+        document: "readonly",
         console: "readonly",
         Buffer: "readonly",
         URL: "readonly",

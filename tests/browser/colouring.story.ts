@@ -70,6 +70,7 @@ describe("the shape", () => {
     await page.keyboard.press("e");
     await still(page);
     const tets = await middle(page, "tets");
+    expect(await page.evaluate(() => window.tetfront!.census().tets)).toBe(server.simulation.front.tetLevels.length);
     expect(difference(surface, tets)).toBeGreaterThan(0.1);
     await page.click("[aria-controls=panel]");
     await page.fill("[aria-label=Explode]", "0.5");

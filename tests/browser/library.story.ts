@@ -37,7 +37,9 @@ describe("the timeline", () => {
     await page.waitForFunction(() => window.tetfront!.state().scrub !== null);
     await page.waitForTimeout(300);
     const past = await page.evaluate(() => window.tetfront!.frame()!.time);
-    expect(Math.abs(past - target)).toBeLessThan(0.2);
+    // The last frame before; how far apart frames are depends on how busy the machine is.
+    expect(past).toBeLessThanOrEqual(target + 1e-6);
+    expect(past).toBeGreaterThan(target - 1);
     const before = await positions(page);
     const { time } = (await state(page)).simulation!;
     await page.waitForTimeout(600);
@@ -112,7 +114,7 @@ describe("another scene", () => {
       await session.send("HeapProfiler.collectGarbage");
       const { usedSize } = await session.send("Runtime.getHeapUsage");
       await session.detach();
-      return { heap: usedSize, gpu: await page.evaluate(() => window.tetfront!.memory()) };
+      return { heap: usedSize, gpu: await page.evaluate(() => window.tetfront!.census()) };
     };
     for (let i = 0; i < 5; ++i) await load(`warm ${i}`);
     const before = await used();

@@ -28,7 +28,8 @@ export function ball(detail) {
   };
 }
 
-/** Edges of a grid of cells, each cut into six tetrahedra; when `fine`, the half x > 0 has cells of half the size. */
+/** Edges of a grid of cells, each cut into six tetrahedra. The cells at the ground have half the size, and those of x > 0
+ * when it is `fine`. */
 export function frontGrid(fine) {
   const vertices = [];
   const tets = [];
@@ -63,10 +64,10 @@ export function frontGrid(fine) {
   for (let x = -0.55; x < 0.5; x += 0.275)
     for (let y = -0.55; y < 0.5; y += 0.275)
       for (let z = -0.05; z < 1; z += 0.275) {
-        if (!fine || x < -0.01) cell([x, y, z], 0.275, z < 0.2 ? 1 : 0);
+        if (z > 0.2 && (!fine || x < -0.01)) cell([x, y, z], 0.275, 0);
         else
           for (let k = 0; k < 8; ++k)
-            cell([x + 0.1375 * (k & 1), y + 0.1375 * ((k >> 1) & 1), z + 0.1375 * (k >> 2)], 0.1375, 2);
+            cell([x + 0.1375 * (k & 1), y + 0.1375 * ((k >> 1) & 1), z + 0.1375 * (k >> 2)], 0.1375, 1);
       }
   return {
     vertices: Float64Array.from(vertices), // [N][3]

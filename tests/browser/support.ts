@@ -17,13 +17,14 @@ declare global {
       positions(): Float32Array | null;
       frame(): Frame | null;
       redraws(): number;
-      memory(): { geometries: number; textures: number; programs: number };
+      census(): { geometries: number; textures: number; programs: number; tets: number };
+      costs(): number[];
       moments(): number;
     };
   }
 }
 
-const FLAGS = [
+export const FLAGS = [
   ...["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking", "--disable-component-update"],
   ...["--disable-sync", "--no-first-run", "--disable-quic"],
 ];

@@ -27,8 +27,6 @@ describe("decodeBinary", () => {
     expect([...decoded.edges]).toEqual([0, 1]);
     expect([...decoded.surfaceLevel]).toEqual([0, 1, 2]);
     expect([...decoded.edgeLevel]).toEqual([1]);
-    expect([...decoded.tets]).toEqual([0, 1, 1, 0]);
-    expect([...decoded.tetLevel]).toEqual([1]);
   });
 
   it("reads a frame with pulls", () => {
@@ -39,13 +37,6 @@ describe("decodeBinary", () => {
     const positions = new Float32Array(9);
     unpack(decoded.surface, decoded.low, decoded.extent, positions);
     expect([...positions]).toEqual([2, 0, 0, 3, 0, 0, 2, 1, 0]);
-  });
-
-  it("reads a topology of a server that sends no tets", () => {
-    const bytes = topology(9);
-    const decoded = decodeBinary(bytes.slice(0, bytes.byteLength - 24));
-    if (decoded.kind !== "topology") throw new Error();
-    expect(decoded.tetLevel.length).toBe(0);
   });
 
   it("reads a coloured frame", () => {
@@ -66,10 +57,6 @@ describe("decodeBinary", () => {
     [
       "a triangle without its vertex",
       message({ type: 1, counts: [1, 1, 0] }, Uint32Array.of(0, 0, 1), Float32Array.of(1)),
-    ],
-    [
-      "a tet without its vertex",
-      message({ type: 2, counts: [0, 0, 1] }, Uint32Array.of(1, 0, 0, 0, 1), Uint8Array.of(0)),
     ],
     ["an edge without its vertex", message({ type: 2, counts: [0, 1, 1] }, Uint32Array.of(0, 1), Uint8Array.of(0))],
   ])("refuses %s", (_, bytes) => expect(() => decodeBinary(bytes)).toThrow(ProtocolError));

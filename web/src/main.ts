@@ -89,7 +89,8 @@ function start(viewer: Viewer): void {
       positions: () => viewer.positions?.slice() ?? null,
       frame: () => viewer.frame,
       redraws: () => viewer.redraws,
-      memory: () => viewer.memory,
+      census: () => viewer.census,
+      costs: () => viewer.costs.slice(),
       moments: () => viewer.history.length,
     },
   });

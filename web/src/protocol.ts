@@ -28,8 +28,6 @@ export interface Topology extends Header {
   surfaceLevel: Uint8Array; // [S]
   edgeLevel: Uint8Array; // [E]
   frontVertices: number; // N
-  tets: Uint32Array; // [T][4] corners; none where the server has none, as of a recording
-  tetLevel: Uint8Array; // [T]
 }
 
 export interface Frame extends Header {
@@ -78,9 +76,15 @@ export function decodeBinary(bytes: ArrayBuffer): BinaryMessage {
       checkIndices(message.triangles, a, "triangle");
       break;
     case 2:
-      message = { kind: "topology", ...header, frontVertices: c, ...readFront(take, a, b) };
+      message = {
+        kind: "topology",
+        ...header,
+        edges: take.u32(2 * b),
+        surfaceLevel: take.u8(a),
+        edgeLevel: take.u8(b),
+        frontVertices: c,
+      };
       checkIndices(message.edges, c, "edge");
-      checkIndices(message.tets, c, "tet");
       break;
     case 3:
     case 4: {
@@ -102,12 +106,6 @@ export function decodeBinary(bytes: ArrayBuffer): BinaryMessage {
   }
   take.finish();
   return message;
-}
-
-function readFront(take: Cursor, surface: number, edgeCount: number) {
-  const [edges, surfaceLevel, edgeLevel] = [take.u32(2 * edgeCount), take.u8(surface), take.u8(edgeCount)];
-  const [count] = take.done ? [0] : take.u32(1);
-  return { edges, surfaceLevel, edgeLevel, tets: take.u32(4 * count), tetLevel: take.u8(count) };
 }
 
 function readValues(take: Cursor, count: number): FrameValues {
@@ -140,10 +138,6 @@ class Cursor {
   u16 = (length: number) => new Uint16Array(this.bytes, this.advance(2 * length), length);
   u32 = (length: number) => new Uint32Array(this.bytes, this.advance(4 * length), length);
   f32 = (length: number) => new Float32Array(this.bytes, this.advance(4 * length), length);
-
-  get done(): boolean {
-    return this.offset === this.bytes.byteLength;
-  }
 
   finish(): void {
     if (this.offset !== this.bytes.byteLength)

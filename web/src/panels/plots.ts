@@ -32,7 +32,8 @@ export function plots(store: Store): HTMLElement {
     for (const chart of charts) chart.destroy();
     charts = [];
     element.replaceChildren();
-    for (const plot of plotsFor(series.levels.length, store.get().simulation?.phases !== undefined))
+    const { phases, energy } = store.get().simulation ?? {};
+    for (const plot of plotsFor(series.levels.length, phases !== undefined, energy !== undefined))
       charts.push(draw(element, plot, series));
     for (const chart of charts) chart.update();
   };
@@ -57,7 +58,7 @@ export function plots(store: Store): HTMLElement {
   return element;
 }
 
-function plotsFor(levels: number, phases: boolean): Plot[] {
+function plotsFor(levels: number, phases: boolean, energy: boolean): Plot[] {
   const last = (column: readonly (number | null)[]) => column.at(-1) ?? NaN;
   const sum = (columns: readonly (readonly number[])[]) => columns.reduce((s, column) => s + (column.at(-1) ?? 0), 0);
   const list: Plot[] = [
@@ -104,7 +105,7 @@ function plotsFor(levels: number, phases: boolean): Plot[] {
       now: (s) => quantity(last(s.elastic) + last(s.kinetic), "J"),
     },
   ];
-  return list;
+  return energy ? list : list.slice(0, -1);
 }
 
 function draw(parent: HTMLElement, plot: Plot, series: Series) {

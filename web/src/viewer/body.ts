@@ -26,6 +26,7 @@ export class Body {
   private readonly section = new Section();
   private readonly ghost = new Ghost();
   private topology: Topology | null = null;
+  private frame: Frame | null = null; // the first that was shown of this topology
   private hasPositions = false;
 
   constructor() {
@@ -56,20 +57,22 @@ export class Body {
     return this.topology?.epoch ?? null;
   }
 
-  setTopology(topology: Topology, state: Readonly<State>): void {
+  /** frame: of this topology. */
+  setTopology(topology: Topology, frame: Frame, state: Readonly<State>): void {
     this.topology = topology;
+    this.frame = frame;
     this.vertices.reserve(topology.frontVertices);
     this.lines.setTopology(topology);
-    if (state.shape === "tets") this.tets.setTopology(topology);
+    if (state.shape === "tets") this.tets.setTopology(topology, frame);
   }
 
   /** What is visible, cut and exploded; to be called when any of it changes and with the first frame. */
   show(state: Readonly<State>, hasPositions = this.hasPositions): void {
     this.hasPositions = hasPositions;
     if (!this.surface || !state.hello) return;
-    // A recording has no tets: its surface is shown instead.
-    const tets = state.shape === "tets" && (this.topology?.tetLevel.length ?? 0) > 0;
-    if (tets && this.topology) this.tets.setTopology(this.topology);
+    const tets = state.shape === "tets";
+    if (tets && !this.tets.mesh.visible && this.topology && this.frame)
+      this.tets.setTopology(this.topology, this.frame);
     const box = state.hello.rest_box;
     this.surface.clip(this.section.set(state.cut, box, hasPositions && !tets));
     this.lines.cut(this.section.plane);
@@ -85,7 +88,12 @@ export class Body {
     this.ghost.object.visible = state.scrub !== null;
   }
 
-  /** False when its colours are not there (yet). */
+  /** Of solid tets that are there to be drawn; 0 while the surface is shown. */
+  get tetCount(): number {
+    return this.tets.mesh.visible ? this.tets.count : 0;
+  }
+
+  /** As the state says; by level while a field's values are not there yet. */
   colour(state: Readonly<State>, frame: Frame | null): void {
     if (!this.surface || !this.topology) return;
     const scale = scaleOf(state);

@@ -29,6 +29,8 @@ export class Viewer {
   readonly history = new History();
   /** Redraws since the page was loaded. */
   redraws = 0;
+  /** [ms] of the main thread for the last redraws with a new shape: mixing, unpacking and normals, without drawing. */
+  readonly costs: number[] = [];
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
   private readonly stage = new Stage();
@@ -104,10 +106,10 @@ export class Viewer {
     return this.body.surface?.positions ?? null;
   }
 
-  /** What the graphics processor holds, by three's count. */
-  get memory(): { geometries: number; textures: number; programs: number } {
+  /** What is drawn and held: buffers by three's count, solid tets. */
+  get census(): { geometries: number; textures: number; programs: number; tets: number } {
     const { memory, programs } = this.renderer.info;
-    return { ...memory, programs: programs?.length ?? 0 };
+    return { ...memory, programs: programs?.length ?? 0, tets: this.body.tetCount };
   }
 
   /** What the camera sees, for a picture of the same. */
@@ -207,7 +209,7 @@ export class Viewer {
     const state = this.store.get();
     const first = this.motion.frame === null;
     const other = this.body.epoch !== topology.epoch;
-    if (other) this.body.setTopology(topology, state);
+    if (other) this.body.setTopology(topology, frame, state);
     move();
     this.stage.lower(frame);
     if (first) this.body.show(state, true);
@@ -275,7 +277,10 @@ export class Viewer {
     if (!moved && !this.dirty) return;
     this.dirty = false;
     if (moved) {
+      const start = performance.now();
       this.body.sample(this.motion, now);
+      this.costs.push(performance.now() - start);
+      if (this.costs.length > 240) this.costs.shift();
       this.renderer.shadowMap.needsUpdate = true;
     }
     const bands = annotations(this.store.get(), this.motion.frame, this.body.surface, this.pull.grip, this.forces);
