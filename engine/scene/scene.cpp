@@ -131,8 +131,9 @@ FrontSpec read_front(const JsonValue& value, int levels) {
 SolverSpec read_solver(const JsonValue& value) {
     SolverSpec solver;
     const JsonObject o =
-        value.object({"scheme", "strain", "newton_iterations", "newton_tolerance", "cg_tolerance", "cg_iterations"});
-    o.read("scheme", solver.scheme, {{"backward_euler", Scheme::backward_euler}, {"midpoint", Scheme::midpoint}, {"bdf2", Scheme::bdf2}});
+        value.object({"scheme", "strain", "start", "newton_iterations", "newton_tolerance", "cg_tolerance", "cg_iterations"});
+    o.read("scheme", solver.scheme, {{"backward_euler", Scheme::backward_euler}, {"midpoint", Scheme::midpoint}, {"bdf2", Scheme::bdf2}, {"explicit", Scheme::explicit_euler}, {"auto", Scheme::automatic}});
+    o.read("start", solver.start, {{"rest_shape", Start::rest_shape}, {"equilibrium", Start::equilibrium}});
     o.read("strain", solver.strain, {{"corotated", StrainMeasure::corotated}, {"green", StrainMeasure::green}});
     o.read("newton_iterations", solver.newton_iterations, 1, 50);
     o.read("newton_tolerance", solver.newton_tolerance, between(0, 1));
@@ -216,6 +217,8 @@ Scene read_scene(const JsonDocument& document, const std::filesystem::path& dire
     scene.front = default_front(scene.levels);
     if (auto front = o.find("front")) scene.front = read_front(*front, scene.levels);
     if (auto solver = o.find("solver")) scene.solver = read_solver(*solver);
+    if (scene.solver.start == Start::equilibrium && scene.pins.empty())
+        o.place("solver").fail("has `start` equilibrium but nothing is pinned", "add `pins`, or start from rest_shape");
     if (auto view = o.find("view")) scene.view = read_view(*view);
     return scene;
 }

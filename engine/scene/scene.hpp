@@ -69,7 +69,8 @@ struct EstimationSpec {
     double relative_tolerance = 1e-2;  // T1 of [Imai] (4)
     double stress_tolerance = 1e-4;    // T2 of (5), relative to sqrt(C_jj C_mm)
 };
-enum class Scheme { backward_euler, midpoint, bdf2 };
+enum class Scheme { backward_euler, midpoint, bdf2, explicit_euler, automatic };
+enum class Start { rest_shape, equilibrium };
 
 struct FrontSpec {
     int order = 2;             // 1: linear tets, 2: quadratic tets on the tree's own vertices; without levels 1
@@ -81,7 +82,8 @@ struct FrontSpec {
 };
 
 struct SolverSpec {
-    Scheme scheme = Scheme::backward_euler;
+    Scheme scheme = Scheme::backward_euler;  // automatic: backward Euler or explicit, see mechanics/time_stepper.hpp
+    Start start = Start::rest_shape;         // equilibrium: hanging still under its loads; needs pins
     StrainMeasure strain = StrainMeasure::corotated;
     int newton_iterations = 1;  // linearised steps at most per time step, 1..50
     double newton_tolerance = 1e-4;  // of the residual, relative to the largest force scale

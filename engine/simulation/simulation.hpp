@@ -64,6 +64,7 @@ struct StepReport {
     bool converged = true;                       // solver reached its tolerance
     int newton_iterations = 0;
     int solver_iterations = 0;                   // CG, summed
+    int substeps = 0;                            // explicit ones; 0: the step was implicit
     double residual = 0;                         // relative, of the last linear solve
     int inverted_tets = 0;                       // active tets of negative volume after the step
     bool rejected = false;                       // the step failed and the state is the one before it
@@ -97,6 +98,10 @@ class Simulation {
     Simulation& operator=(Simulation&&) noexcept;
 
     StepReport step();
+    /// Moves everything to equilibrium under the loads of the present time, at rest, and adapts the front until it stays.
+    /// Time stands still. The report's `converged` says whether equilibrium was found; an object that is not held has
+    /// none under gravity.
+    StepReport settle();
     /// Back to rest, time 0, the coarsest allowed front; pulls end; settings stay but for what the timeline sets.
     void reset();
 

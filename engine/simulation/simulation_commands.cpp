@@ -19,6 +19,7 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 StepReport Simulation::step() { return impl_->step(); }
+StepReport Simulation::settle() { return impl_->settle(); }
 
 void Simulation::reset() {
     Impl& s = *impl_;

@@ -22,6 +22,7 @@ struct Simulation::Impl {
     void start();
     void place(const PerVertex<Vec3>& x, const PerVertex<Vec3>& v);
     StepReport step();
+    StepReport settle();
 
     /// The parts of a report that describe the present state.
     void describe(StepReport& r) const;
@@ -41,6 +42,7 @@ struct Simulation::Impl {
     ElementSet elements;
     TimeStepper stepper;
     ImplicitSettings settings;
+    Integrator integrator = Integrator::implicit;
     State state;
     FrameBuilder frames;
     Pins pins;
@@ -66,6 +68,7 @@ struct Simulation::Impl {
     /// front included.
     void apply_budget();
     void adapt(StepReport& r);
+    static void describe(const Advance& a, StepReport& r);
     /// [ms] since the last call.
     double lap();
 

@@ -13,6 +13,13 @@ ImplicitRule rule_of(Scheme scheme) {
     if (scheme == Scheme::bdf2) return ImplicitRule::bdf2;
     return ImplicitRule::backward_euler;
 }
+Integrator integrator_of(Scheme scheme) {
+    if (scheme == Scheme::explicit_euler) return Integrator::explicit_euler;
+    if (scheme == Scheme::automatic) return Integrator::automatic;
+    return Integrator::implicit;
+}
+/// A front that has not come to rest after so many rounds of settling is left as it is.
+constexpr int most_settling_rounds = 20;
 }  // namespace
 
 Simulation::Impl::Impl(std::shared_ptr<const Model> m, const FrontSpec& spec)
@@ -30,6 +37,7 @@ Simulation::Impl::Impl(std::shared_ptr<const Model> m, const FrontSpec& spec)
     for (TetId t : model->tree.level(0)) adapt_settings.energy_floor += 1e-8 * model->tree.volume(t) * model->matrices.elasticity[t](0, 0);
     settings.time_step = scene.time_step;
     settings.rule = rule_of(scene.solver.scheme);
+    integrator = integrator_of(scene.solver.scheme);
     settings.newton_iterations = scene.solver.newton_iterations;
     settings.newton_tolerance = scene.solver.newton_tolerance;
     settings.pcg = {scene.solver.cg_tolerance, scene.solver.cg_iterations};
@@ -54,6 +62,40 @@ void Simulation::Impl::start() {
     elements.evaluate({.x = state.x});
     adaptivity.measure(front, elements, state.x, 0, 0, adapt_settings);
     describe(report);
+    if (model->scene.solver.start == Start::equilibrium) settle();
+}
+
+StepReport Simulation::Impl::settle() {
+    StepReport r;
+    lap();
+    bool rested = false;
+    for (int round = 0; round < most_settling_rounds && !rested; ++round) {
+        const Advance a = stepper.settle(front, elements, state, settings, model->size, [this](Loads& loads) { add_loads(loads); });
+        describe(a, r);
+        adaptivity.clear();  // energies of another shape
+        adaptivity.measure(front, elements, state.x, 0, 0, adapt_settings);
+        r.milliseconds.other += lap();
+        if (!a.done) break;
+        adapt(r);
+        rested = r.splits + r.merges == 0;
+    }
+    r.converged = r.converged && rested;
+    describe(r);
+    if (!r.converged) r.warning = "no equilibrium was found: what is not held has none, or the front went on changing";
+    report = r;
+    return r;
+}
+
+/// What an advance did, added to a report.
+void Simulation::Impl::describe(const Advance& a, StepReport& r) {
+    r.rejected = !a.done;
+    r.converged = a.done && a.converged;
+    r.newton_iterations += a.newton_iterations;
+    r.solver_iterations += a.solver_iterations;
+    r.substeps = a.substeps;
+    r.residual = a.residual;
+    r.milliseconds.assemble += a.assemble_milliseconds;
+    r.milliseconds.solve += a.solve_milliseconds;
 }
 
 void Simulation::Impl::place(const PerVertex<Vec3>& x, const PerVertex<Vec3>& v) {
@@ -82,7 +124,7 @@ void Simulation::Impl::rebuild() {
     const TetMaterials materials{model->matrices.elasticity, model->density, model->matrices.mass_damping,
                                  model->matrices.stiffness_damping};
     elements.build(front, materials);
-    stepper.build(front, elements, materials, pins.pinned);
+    stepper.build(front, elements, materials, pins.pinned, integrator);
 }
 
 void Simulation::Impl::apply_timeline() {
@@ -182,15 +224,10 @@ StepReport Simulation::Impl::step() {
     const Advance a = stepper.advance(front, elements, state, settings, model->size, [this](Loads& loads) { add_loads(loads); });
     lap();
     ++steps;
-    r.rejected = !a.done;
-    r.converged = a.done && a.converged;
-    r.newton_iterations = a.newton_iterations;
-    r.solver_iterations = a.solver_iterations;
-    r.residual = a.residual;
-    r.milliseconds.assemble = a.assemble_milliseconds;
-    r.milliseconds.solve = a.solve_milliseconds;
+    describe(a, r);
     if (r.rejected) {
-        r.warning = "the step failed even when cut in 16; the object stands still: reset, or reduce forces or the time step";
+        r.warning = a.too_stiff ? "explicit steps would need more than 20000 substeps; the object stands still: use an implicit scheme"
+                                : "the step failed even when cut in 16; the object stands still: reset, or reduce forces or the time step";
         for (VertexId v : front.vertices()) state.rest_at(v, state.x[v]);
     } else {
         time = static_cast<double>(steps) * settings.time_step;

@@ -25,6 +25,7 @@ using Json = nlohmann::ordered_json;
 struct RunOptions {
     SceneArguments scene;
     int steps = 600;
+    bool equilibrium = false;
     std::string report;
     std::vector<std::string> compare;
     std::string save, resume;
@@ -77,6 +78,7 @@ class RunRecord {
                        {"other", ms.other}}},
                      {"newton_iterations", r.newton_iterations},
                      {"solver_iterations", r.solver_iterations},
+                     {"substeps", r.substeps},
                      {"residual", r.residual},
                      {"converged", r.converged},
                      {"rejected", r.rejected},
@@ -246,14 +248,16 @@ int run(const RunOptions& options) {
     {
         ProgressBar steps("steps");
         std::vector<Comparison::Step> compared(comparisons.size());
-        for (int i = first; i < options.steps; ++i) {
-            const StepReport report = simulation.step();
-            const bool last = i + 1 == options.steps;
+        const int count = options.equilibrium ? 1 : options.steps;
+        for (int i = first; i < count; ++i) {
+            const StepReport report = options.equilibrium ? simulation.settle() : simulation.step();
+            if (options.equilibrium && !report.converged) std::fprintf(stderr, "warning: %s\n", report.warning.c_str());
+            const bool last = i + 1 == count;
             if (!options.save.empty() && (last || (options.save_every > 0 && (i + 1) % options.save_every == 0)))
                 save_snapshot(options.save, simulation);
             for (std::size_t k = 0; k < comparisons.size(); ++k) compared[k] = comparisons[k].step(simulation);
             record.add(report, compared);
-            steps.show(static_cast<std::size_t>(i + 1), static_cast<std::size_t>(options.steps));
+            steps.show(static_cast<std::size_t>(i + 1), static_cast<std::size_t>(count));
         }
     }
     const std::string state_hash = hexadecimal(simulation.hash());
@@ -283,6 +287,7 @@ void add_run(CLI::App& program, Action& action) {
     const auto options = std::make_shared<RunOptions>();
     options->scene.add_to(*command);
     command->add_option("--steps", options->steps, "How many, from the beginning")->check(CLI::Range(1, 10'000'000))->capture_default_str();
+    CLI::Option* equilibrium = command->add_flag("--static", options->equilibrium, "Finds the equilibrium at time 0 instead of making steps")->excludes("--steps");
     command->add_option("--report", options->report, "JSON file for all numbers of all steps")->type_name("FILE");
     CLI::Option* save =
         command->add_option("--save", options->save, "File for the complete state after the last step, to go on from")->type_name("FILE");
@@ -302,7 +307,9 @@ void add_run(CLI::App& program, Action& action) {
             "repeatable")
         ->type_name("WHAT")
         ->allow_extra_args(false)
-        ->excludes(resume);
+        ->excludes(resume)
+        ->excludes(equilibrium);
+    equilibrium->excludes(resume);
     command->callback([options, &action] { action = [options] { return run(*options); }; });
 }
 
