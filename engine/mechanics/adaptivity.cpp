@@ -238,8 +238,10 @@ class Adaptivity::MergeQueue {
  public:
     MergeQueue(std::vector<MergeCandidate>& candidates, Front& front, const PerTet<std::uint64_t>& rest_until, std::uint64_t step)
         : candidates_(candidates), front_(front), rest_until_(rest_until), step_(step) {
-        std::stable_sort(candidates_.begin(), candidates_.end(),
-                         [](const MergeCandidate& a, const MergeCandidate& b) { return a.cost < b.cost; });
+        // Ties by number: as steady as a stable sort, which would allocate.
+        std::sort(candidates_.begin(), candidates_.end(), [](const MergeCandidate& a, const MergeCandidate& b) {
+            return a.cost != b.cost ? a.cost < b.cost : a.parent < b.parent;
+        });
     }
     /// Cost of the cheapest merge that is possible now; infinite when there is none.
     double cheapest(bool also_resting = false) {
@@ -264,7 +266,7 @@ class Adaptivity::MergeQueue {
 
 std::array<int, 2> Adaptivity::adapt(Front& front, std::uint64_t step, const AdaptivitySettings& settings) {
     rest_until_.resize(front.tree().tet_count(), 0);
-    const std::vector<TetId> tets = front.active();
+    const std::vector<TetId>& tets = front.active();  // stays as it is until the caller commits
     const double goal = settings.tolerance * reference_energy_;
     const auto most = std::max<std::size_t>(4, static_cast<std::size_t>(settings.most_change * static_cast<double>(tets.size())));
     std::array<int, 2> changes = {0, 0};
@@ -277,10 +279,11 @@ std::array<int, 2> Adaptivity::adapt(Front& front, std::uint64_t step, const Ada
     MergeQueue merges(candidates_, front, rest_until_, step);
     double total = eta2_total_;
     if (total > goal) {
-        std::vector<std::size_t> worst(tets.size());
+        std::vector<std::size_t>& worst = worst_;
+        worst.resize(tets.size());
         std::iota(worst.begin(), worst.end(), std::size_t{0});
         std::erase_if(worst, [&](std::size_t e) { return front.tree().level_of(tets[e]) >= front.max_level(); });
-        std::stable_sort(worst.begin(), worst.end(), [&](std::size_t a, std::size_t b) { return eta2_[a] > eta2_[b]; });
+        std::sort(worst.begin(), worst.end(), [&](std::size_t a, std::size_t b) { return eta2_[a] != eta2_[b] ? eta2_[a] > eta2_[b] : a < b; });
         // What a split leaves of eta^2: h^2 for linear, at most h^4 (less near singularities) for quadratic tets.
         const double left = front.order() == 1 ? 0.25 : 0.125;
         const std::size_t limit = std::min(total > 4 * goal ? worst.size() : most, worst.size());

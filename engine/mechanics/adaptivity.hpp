@@ -112,6 +112,7 @@ class Adaptivity {
     std::vector<double> eta2_;                  // [active]
     std::vector<std::uint8_t> out_of_range_;    // [active]
     std::vector<MergeCandidate> candidates_;
+    std::vector<std::size_t> worst_;            // kept to save allocations
     PerTet<std::int16_t> kind_;                 // [T of the tree] class of stiffness
     PerVertex<std::int32_t> first_;             // [V of the tree] into recovered_, valid for the front's vertices
     std::vector<Recovered> recovered_;

@@ -9,12 +9,6 @@
 
 namespace tetfront {
 
-namespace {
-
-constexpr std::size_t batch_grain = 16;
-
-}  // namespace
-
 void ElementSet::build(const Front& front, const TetMaterials& materials) {
     damped_ = materials.damped();
     const auto damping_of = [](const PerTet<double>& damping, TetId t) { return damping.empty() ? 0 : damping[t]; };
@@ -174,8 +168,8 @@ Vec3 ElementSet::first_moment(const PerVertex<Vec3>& x) const {
 template <int Order>
 double ElementSet::kinetic_energy_of(const PerVertex<Vec3>& v) const {
     constexpr std::size_t nodes = ElementOrder<Order>::nodes;
-    std::vector<double> twice(batches_.size());
-    parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
+    const double twice = parallel_sum(batches_.size(), 16, [&](std::size_t begin, std::size_t end) {
+        double total = 0;
         for (std::size_t b = begin; b < end; ++b) {
             const auto u = gather<ElementOrder<Order>::nodes>(v, batches_[b].node);
             Pack sum(0);
@@ -189,10 +183,11 @@ double ElementSet::kinetic_energy_of(const PerVertex<Vec3>& v) const {
             }
             alignas(64) double lanes[pack_size];
             store(sum * load(batches_[b].mass), lanes);
-            twice[b] = std::accumulate(lanes, lanes + pack_size, 0.0);
+            total += std::accumulate(lanes, lanes + pack_size, 0.0);
         }
+        return total;
     });
-    return std::accumulate(twice.begin(), twice.end(), 0.0) / 2;
+    return twice / 2;
 }
 
 double ElementSet::kinetic_energy(const PerVertex<Vec3>& v) const {
