@@ -27,7 +27,7 @@ struct MachineLimits {
 
 /// One measurement.
 struct BenchRow {
-    std::string group;   // strain, force, tangent, matvec, step, scalar_force, scalar_frame
+    std::string group;   // strain, force, tangent, matvec, step, auto, scalar_force, scalar_frame
     std::string detail;  // e.g. green, corotated, E 1e5
     int order = 1, threads = 1;
     std::size_t tets = 0;

@@ -198,12 +198,14 @@ class StepFront {
         return static_cast<std::size_t>(6 * cells_[0] * cells_[1] * cells_[2]) << (3 * levels_);
     }
     Simulation& simulation() { return *made().simulation; }
+    /// Chooses between implicit and explicit steps by itself; Green strain, as the loop.
+    Simulation& automatic() { return *made().automatic; }
     ScalarExplicit& loop() { return *made().loop; }
 
  private:
     struct Made {
         const StepFront* by = nullptr;
-        std::unique_ptr<Simulation> simulation;
+        std::unique_ptr<Simulation> simulation, automatic;
         std::unique_ptr<ScalarExplicit> loop;
     };
     Made& made() const {
@@ -225,6 +227,10 @@ class StepFront {
         last.loop = std::make_unique<ScalarExplicit>(std::move(rest), std::move(corners), std::move(pinned),
                                                      ScalarExplicit::Material{young_, 0.3, 1000});
         last.simulation = std::make_unique<Simulation>(model);
+        Scene scene = beam(cells_, levels_, 1, young_);
+        scene.solver.scheme = Scheme::automatic;
+        scene.solver.strain = StrainMeasure::green;
+        last.automatic = std::make_unique<Simulation>(build_model(scene));
         last.by = this;
         return last;
     }
@@ -247,6 +253,8 @@ void plan_steps(Plan& plan, bool quick) {
                 plan.add({.group = "step", .detail = detail, .order = 1, .threads = threads, .tets = front->tets()},
                          [front] { return front->simulation().step().solver_iterations; }, steps);
             }
+            plan.add({.group = "auto", .detail = detail, .order = 1, .threads = 1, .tets = front->tets()},
+                     [front] { return front->automatic().step().solver_iterations; }, steps);
             plan.add({.group = "scalar_frame", .detail = detail, .order = 1, .threads = 1, .tets = front->tets()},
                      [front] {
                          front->loop().frame(frame_seconds);
