@@ -363,7 +363,7 @@ void add_render(CLI::App& program, Action& action) {
     command->add_option("--png-level", o.png_level, "Compression, 0 fast to 9 small")
         ->check(CLI::Range(0, 9))
         ->capture_default_str();
-    command->add_option("--video", o.video, "Also makes this video of them, with ffmpeg")->type_name("FILE");
+    command->add_option("--video", o.video, "Also makes this video of them, with ffmpeg: .mp4, .mkv, .mov ..., or .webp, .apng, .gif that go round")->type_name("FILE");
     command->add_flag("--json", o.json, "Tells on stdout in JSON lines how far it is, for programs");
     command->add_option("--command", o.command)->group("");  // of the process that started this job
     command->callback([options, command, &action] {

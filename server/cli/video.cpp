@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <system_error>
+#include <utility>
 
 #include <fcntl.h>
 #include <spawn.h>
@@ -24,6 +25,24 @@ std::string shell_quoted(const std::string& word) {
     return quoted + "'";
 }
 
+namespace {
+
+/// How the file's ending asks for the frames to be encoded.
+std::vector<std::string> encoding(const VideoJob& job) {
+    std::string ending = std::filesystem::path(job.file).extension().string();
+    for (char& c : ending) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+    if (ending == ".webp") return {"-c:v", "libwebp", "-quality", "85", "-loop", "0"};
+    if (ending == ".apng") return {"-c:v", "apng", "-plays", "0"};
+    if (ending == ".gif")  // a palette of the frames' own colours
+        return {"-filter_complex", "[0:v]split[a][b];[a]palettegen[p];[b][p]paletteuse", "-loop", "0"};
+    std::vector<std::string> words;
+    if (!job.even) words = {"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"};
+    words.insert(words.end(), {"-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p"});
+    return words;
+}
+
+}  // namespace
+
 std::vector<std::string> ffmpeg_command(const VideoJob& job) {
     std::filesystem::path directory = job.directory.lexically_normal();
     if (!directory.has_filename()) directory = directory.parent_path();
@@ -36,8 +55,7 @@ std::vector<std::string> ffmpeg_command(const VideoJob& job) {
     std::vector<std::string> words = {"ffmpeg", "-framerate", fps};
     if (job.first > 0) words.insert(words.end(), {"-start_number", std::to_string(job.first)});
     words.insert(words.end(), {"-i", pattern, "-frames:v", std::to_string(job.count)});
-    if (!job.even) words.insert(words.end(), {"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"});
-    words.insert(words.end(), {"-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p"});
+    for (std::string& word : encoding(job)) words.push_back(std::move(word));
     words.push_back(!job.file.empty()                                   ? job.file
                     : name.empty() || name == "." || name == ".." ? "frames.mp4"
                                                                         : name + ".mp4");

@@ -15,8 +15,8 @@ struct VideoJob {
     std::filesystem::path directory;
     int first = 0, count = 0;
     double fps = 30;
-    bool even = true;  // width and height are; yuv420p, which all players show, needs it
-    std::string file;  // to write; empty: named after the directory
+    bool even = true;  // width and height are; H.264 in yuv420p, which all players show, needs it
+    std::string file;  // to write; empty: named after the directory. Endless pictures: .webp, .apng, .gif; else H.264
 };
 
 /// The words of the command.
