@@ -34,7 +34,7 @@ std::vector<json> full_documents() {
         "forces": [{"region": {"box": {"low": [0, 0, 0], "high": [1, 1, 1]}}, "force": [4, 5, 6], "start": 0.5, "end": 2}],
         "damping": {"mass": 0.25, "stiffness": 0.125}, "time_step": 0.01,
         "front": {"order": 1, "tolerance": 0.05, "min_level": 0, "max_level": 2, "budget": {"tets": 5000, "milliseconds": 10}},
-        "solver": {"scheme": "midpoint", "strain": "green", "newton_iterations": 3, "newton_tolerance": 1e-5, "cg_tolerance": 1e-6,
+        "solver": {"scheme": "midpoint", "strain": "green", "start": "equilibrium", "newton_iterations": 3, "newton_tolerance": 1e-5, "cg_tolerance": 1e-6,
                    "cg_iterations": 77},
         "timeline": [{"time": 1, "gravity": [0, 1, 2]}, {"time": 2, "release": 1}],
         "view": {"eye": [1, 2, 3], "target": [0, 1, 0], "field_of_view": 50, "colouring": "stiffness", "range": [1, 2],
