@@ -50,7 +50,7 @@ int run_checked(int argc, const char* const* argv) {
     const auto is_named = [&](const CLI::App* command) { return command->check_name(argv[1]); };
     if (argc > 1 && argv[1][0] != '-' && std::ranges::none_of(program.get_subcommands({}), is_named)) {
         return fail(exit_bad_input, "there is no command '" + std::string(argv[1]) +
-                                        "'; use serve, render, record, run, study, info, import or paper, see tetfront --help");
+                                        "'; use serve, render, record, run, study, info, import, paper or bench, see tetfront --help");
     }
     try {
         program.parse(argc, argv);
