@@ -5,9 +5,9 @@
 #include <memory>
 
 #include <benchmark/benchmark.h>
-#include <tbb/global_control.h>
 
 #include "engine/base/parallel.hpp"
+#include "engine/base/thread_limit.hpp"
 #include "engine/mechanics/block_matrix.hpp"
 #include "engine/mechanics/elements.hpp"
 #include "engine/mechanics/gather.hpp"
@@ -124,7 +124,7 @@ class Plan {
         const int threads = row.threads;
         rows.push_back(std::move(row));
         auto* b = benchmark::RegisterBenchmark(name.c_str(), [work, number, threads](benchmark::State& state) {
-            const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+            const ThreadLimit limit(threads);
             work();  // caches, threads, the solver's first guess
             double iterations = 0;
             for (auto _ : state) iterations += work();
