@@ -43,12 +43,20 @@ struct FramePull {                                         // a pull in progress
     float force = 0;                                       // [N]
 };
 
+/// [ms] wall clock of a step: adapt (indicator, split, merge), setup (pattern after a change), assemble, solve, other.
+struct StepMilliseconds {
+    double adapt = 0, setup = 0, assemble = 0, solve = 0, other = 0;
+    [[nodiscard]] double total() const { return adapt + setup + assemble + solve + other; }
+};
+
 struct FrameStatus {
     double time = 0;                                       // [s] simulated
     std::uint64_t step = 0;
     double estimate = 0;                                   // relative displacement error, estimated
     double tolerance = 0;
     double step_milliseconds = 0;                          // last step, all phases
+    StepMilliseconds phases;                               // of the last step; a recording has none
+    double kinetic_energy = 0, elastic_energy = 0;         // [J] now; a recording has none
     double steps_per_second = 0;                           // measured by the session; 0: unknown
     std::uint32_t free_vertices = 0;
     std::uint32_t solver_iterations = 0;

@@ -23,6 +23,8 @@ class FrameBuilder {
     /// x: positions of the front's vertices. Cost: the surface and, after a change, the front.
     std::shared_ptr<Frame> build(const Front& front, const PerVertex<Vec3>& x, FrameStatus status,
                                  std::vector<FramePull> pulls);
+    /// The next build() is of another front, whatever its epoch.
+    void forget_front() { topology_.reset(); }
     /// [S] the surface's vertices in the front of the last build().
     [[nodiscard]] const std::vector<Front::Point>& points() const { return points_; }
 

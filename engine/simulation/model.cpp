@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "engine/base/error.hpp"
+#include "engine/simulation/pins.hpp"
 #include "engine/simulation/scene_material.hpp"
 #include "engine/simulation/shape.hpp"
 #include "engine/simulation/simulation.hpp"
@@ -26,43 +27,6 @@ Eigen::AlignedBox3d bounds(const TetTree& tree) {
     Eigen::AlignedBox3d box;
     for (VertexId v : ids<VertexId>(tree.vertex_count(0))) box.extend(tree.rest(v));
     return box;
-}
-
-/// Tets that contain pinned vertices although none of their own corners is pinned: their descendants know better.
-PerTet<std::uint8_t> find_unresolved(const TetTree& tree, const PerVertex<std::uint8_t>& pinned) {
-    PerTet<std::uint8_t> contains(tree.tet_count(), 0), unresolved(tree.tet_count(), 0);
-    for (std::int64_t i = static_cast<std::int64_t>(tree.tet_count()) - 1; i >= 0; --i) {
-        const TetId t(i);
-        const auto is_pinned = [&](VertexId v) { return pinned[v] != 0; };
-        const bool corners = std::ranges::any_of(tree.corners(t), is_pinned);
-        bool below = false;
-        if (!tree.is_leaf(t)) {
-            const bool midpoints = std::ranges::any_of(tree.midpoints(t), is_pinned);
-            for (TetId c : tree.children(t)) below = below || contains[c];
-            below = below || midpoints;
-        }
-        contains[t] = corners || below;
-        unresolved[t] = below && !corners;
-    }
-    return unresolved;
-}
-
-/// Whether three pinned vertices are far from one line, so that no rigid motion is left. size: [m] of the object.
-bool pins_hold(const TetTree& tree, const PerVertex<std::uint8_t>& pinned, double size) {
-    Vec3 mean = Vec3::Zero();
-    double count = 0;
-    for (VertexId v : ids<VertexId>(tree.vertex_count())) {
-        if (!pinned[v]) continue;
-        mean += tree.rest(v);
-        ++count;
-    }
-    if (count < 3) return false;
-    mean /= count;
-    Mat3 spread = Mat3::Zero();
-    for (VertexId v : ids<VertexId>(tree.vertex_count()))
-        if (pinned[v]) spread += (tree.rest(v) - mean) * (tree.rest(v) - mean).transpose() / count;
-    const Vec3 squared = Eigen::SelfAdjointEigenSolver<Mat3>(spread, Eigen::EigenvaluesOnly).eigenvalues();  // ascending
-    return squared[1] > 1e-4 * size * size;  // one hundredth of the size across the line
 }
 
 /// Spreads each force evenly over the surface vertices in its region.

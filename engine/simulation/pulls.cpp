@@ -31,7 +31,7 @@ PointSpring spring_of(const Pull& pull, const Front& front, const Model& model, 
 
 }  // namespace
 
-void Pulls::begin(std::uint64_t id, const Model& model, const SurfacePoint& point, const Vec3& target) {
+Vec3 rest_position(const Model& model, const SurfacePoint& point) {
     const auto& triangles = model.surface.mesh.triangles;
     if (point.triangle >= triangles.size()) {
         throw InputError("", "/triangle", "is " + std::to_string(point.triangle), "use 0.." + std::to_string(triangles.size() - 1));
@@ -39,16 +39,19 @@ void Pulls::begin(std::uint64_t id, const Model& model, const SurfacePoint& poin
     const Vec3& b = point.barycentric;
     if (!b.allFinite() || b.minCoeff() < -1e-9 || std::abs(b.sum() - 1) > 1e-3)
         throw InputError("", "/barycentric", "is not a point of the triangle", "use three numbers >= 0 with sum 1");
-    check_target(target);
-    // The point takes the leaf of its nearest corner: at most about one leaf away from it.
-    const auto& triangle = triangles[point.triangle];
     Vec3 rest = Vec3::Zero();
+    for (int i = 0; i < 3; ++i)
+        rest += b[i] * model.surface.mesh.positions[static_cast<std::size_t>(triangles[point.triangle][static_cast<std::size_t>(i)])];
+    return rest;
+}
+
+Attachment attach(const Model& model, const SurfacePoint& point) {
+    const Vec3 rest = rest_position(model, point);
+    // The point takes the leaf of its nearest corner: at most about one leaf away from it.
     int nearest = 0;
-    for (int i = 0; i < 3; ++i) {
-        rest += b[i] * model.surface.mesh.positions[static_cast<std::size_t>(triangle[static_cast<std::size_t>(i)])];
-        if (b[i] > b[nearest]) nearest = i;
-    }
-    const TetId leaf = model.surface.attachment[static_cast<std::size_t>(triangle[static_cast<std::size_t>(nearest)])].leaf;
+    point.barycentric.maxCoeff(&nearest);
+    const auto vertex = model.surface.mesh.triangles[point.triangle][static_cast<std::size_t>(nearest)];
+    const TetId leaf = model.surface.attachment[static_cast<std::size_t>(vertex)].leaf;
     const TetTree& tree = model.tree;
     const auto& c = tree.corners(leaf);
     const auto g = barycentric_gradients({tree.rest(c[0]), tree.rest(c[1]), tree.rest(c[2]), tree.rest(c[3])});
@@ -56,6 +59,12 @@ void Pulls::begin(std::uint64_t id, const Model& model, const SurfacePoint& poin
     const Vec3 d = rest - tree.rest(c[0]);
     for (int k = 0; k < 3; ++k) at.barycentric[k + 1] = g(k, 0) * d[0] + g(k, 1) * d[1] + g(k, 2) * d[2];
     at.barycentric[0] = 1 - at.barycentric.tail<3>().sum();
+    return at;
+}
+
+void Pulls::begin(std::uint64_t id, const Model& model, const SurfacePoint& point, const Vec3& target) {
+    const Attachment at = attach(model, point);
+    check_target(target);
     pulls_[id] = {at, target};
 }
 

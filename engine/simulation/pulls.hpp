@@ -19,6 +19,11 @@ struct Pull {
     Vec3 target;  // [m]
 };
 
+/// Where a surface point sits in the leaves. Throws InputError for what is no point of the surface.
+Attachment attach(const Model& model, const SurfacePoint& point);
+/// Where it is at rest [m].
+Vec3 rest_position(const Model& model, const SurfacePoint& point);
+
 class Pulls {
  public:
     /// Throw InputError for a point that is none of the surface's and for a target that is no position, and change nothing.

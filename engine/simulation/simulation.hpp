@@ -22,6 +22,7 @@
 #include "engine/mechanics/elasticity_cache.hpp"
 #include "engine/mechanics/elements.hpp"
 #include "engine/scene/scene.hpp"
+#include "engine/simulation/edits.hpp"
 #include "engine/simulation/frame.hpp"
 #include "engine/tree/front.hpp"
 #include "engine/tree/surface.hpp"
@@ -73,18 +74,8 @@ struct StepReport {
     std::uint32_t free_vertices = 0, hanging_vertices = 0;
     int splits = 0, merges = 0;
     double energy_change = 0;                    // [J] that splits and merges added: kinetic, elastic, in gravity
-    /// [ms] wall clock: adapt (indicator, split, merge), setup (pattern after a change), assemble, solve, other.
-    struct Milliseconds {
-        double adapt = 0, setup = 0, assemble = 0, solve = 0, other = 0;
-        [[nodiscard]] double total() const { return adapt + setup + assemble + solve + other; }
-    } milliseconds;
+    StepMilliseconds milliseconds;
     std::string warning;                         // one line for people; empty: all is well
-};
-
-/// A point of the surface: triangle of FrameModel::triangles and barycentric coordinates in it (>= 0, sum 1).
-struct SurfacePoint {
-    std::uint32_t triangle = 0;
-    Vec3 barycentric = Vec3::Constant(1.0 / 3);
 };
 
 class Simulation {
@@ -118,6 +109,11 @@ class Simulation {
     void set_gravity(const Vec3& gravity);                   // [m/s^2]
     void set_tolerance(double tolerance);                    // (0, 1]
     void set_budget(std::size_t tets, double milliseconds);  // per step, as FrontSpec; milliseconds 0: no limit
+    /// Shape, motion and time stay; the front begins as near to the present one as the order allows. Cost: the tree.
+    void set_order(int order);                               // 1 or 2; 2 needs levels
+    /// Replaces all edits; what stays the same costs nothing, another scale, damping or pin costs the tree.
+    void set_edits(const Edits& edits);
+    [[nodiscard]] const Edits& edits() const;
 
     /// Puts the front's vertices at x with velocities v; hanging and pinned ones go where they must. x, v: [V of the tree]
     /// [m], [m/s]. Throws InputError for numbers that are not finite, and then changes nothing.

@@ -44,6 +44,9 @@ std::shared_ptr<const Frame> Simulation::frame(double steps_per_second, Field fi
     status.estimate = s.report.estimate;
     status.tolerance = s.adapt_settings.tolerance;
     status.step_milliseconds = s.report.milliseconds.total();
+    status.phases = s.report.milliseconds;
+    status.kinetic_energy = s.elements.kinetic_energy(s.state.v);
+    status.elastic_energy = s.elements.energy();
     status.steps_per_second = steps_per_second;
     status.free_vertices = s.report.free_vertices;
     status.solver_iterations = static_cast<std::uint32_t>(s.report.solver_iterations);
@@ -52,7 +55,7 @@ std::shared_ptr<const Frame> Simulation::frame(double steps_per_second, Field fi
     const std::shared_ptr<Frame> frame = s.frames.build(s.front, s.state.x, std::move(status), s.pulls.seen(s.front, *s.model, s.state.x));
     frame->field = field;
     FieldValues values = surface_field(
-        field, {s.front, s.elements, s.adaptivity, s.model->matrices, s.model->surface, frame->surface, s.frames.points(),
+        field, {s.front, s.elements, s.adaptivity, s.matrices(), s.model->surface, frame->surface, s.frames.points(),
                 frame->front_positions});
     frame->field_values = std::move(values.surface);
     frame->front_values = std::move(values.front);
@@ -87,11 +90,13 @@ void Simulation::set_budget(std::size_t tets, double milliseconds) {
     impl_->budget_milliseconds = milliseconds;
 }
 
+void Simulation::set_order(int order) { impl_->set_order(order); }
+void Simulation::set_edits(const Edits& edits) { impl_->set_edits(edits); }
+const Edits& Simulation::edits() const { return impl_->edits; }
+
 PerVertex<Vec3> Simulation::all_positions() const {
-    const Front& front = impl_->front;
     PerVertex<Vec3> x = impl_->state.x;
-    for (VertexId v : ids<VertexId>(x.size()))
-        if (front.state(v) == VertexState::absent) x[v] = front.interpolate(x, v);
+    interpolate_absent(impl_->front, x);
     return x;
 }
 

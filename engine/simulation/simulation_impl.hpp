@@ -1,7 +1,8 @@
 #pragma once
-// What a Simulation owns; for the files that implement it. simulation_commands.cpp holds commands and answers, simulation_step.cpp what
-// a step does, simulation_snapshot.cpp saves and restores. Mutable state that a snapshot must keep: front, state, adaptivity, gravity, pulls, steps, the settings
-// that commands change (tolerance, budget), milliseconds_per_tet. All else follows from it and from the model.
+// What a Simulation owns; for the files that implement it. simulation_commands.cpp holds commands and answers, simulation_edits.cpp
+// those that change what is simulated, simulation_step.cpp what a step does, simulation_snapshot.cpp saves and restores. Mutable
+// state that a snapshot must keep: front, state, adaptivity, gravity, pulls, steps, the settings (edits and the order are the
+// caller's: it sets them before; tolerance and budget), milliseconds_per_tet. All else follows from it and from the model.
 
 #include <chrono>
 
@@ -15,6 +16,15 @@
 
 namespace tetfront {
 
+/// Gives the vertices that the front does not have their place in it. Cost: the tree.
+void interpolate_absent(const Front& front, PerVertex<Vec3>& field);
+
+/// A constant force at a point of the object.
+struct PointLoad {
+    Attachment at;
+    Vec3 force;  // [N]
+};
+
 struct Simulation::Impl {
     Impl(std::shared_ptr<const Model> m, const FrontSpec& spec);
 
@@ -26,6 +36,11 @@ struct Simulation::Impl {
 
     /// The parts of a report that describe the present state.
     void describe(StepReport& r) const;
+    void set_edits(const Edits& wanted);
+    void set_order(int order);
+    /// The model's, or with the edits' scale and damping.
+    [[nodiscard]] const ElasticityMatrices& matrices() const { return edited_matrices ? *edited_matrices : model->matrices; }
+
     /// Loads of the present state.
     void add_loads(Loads& loads) const;
     /// Of the last evaluation of `elements` [J]: elastic, kinetic, and in the gravity field up to a constant.
@@ -37,7 +52,8 @@ struct Simulation::Impl {
     std::shared_ptr<const Model> model;
     FrontSpec front_spec;
     Front front;
-    Adaptivity adaptivity;
+    Pins pins;
+    Adaptivity adaptivity;  // refers to pins.unresolved
     AdaptivitySettings adapt_settings;
     ElementSet elements;
     TimeStepper stepper;
@@ -45,9 +61,11 @@ struct Simulation::Impl {
     Integrator integrator = Integrator::implicit;
     State state;
     FrameBuilder frames;
-    Pins pins;
     Vec3 gravity;
     Pulls pulls;
+    Edits edits;
+    std::shared_ptr<const ElasticityMatrices> edited_matrices;  // null: the model's
+    std::vector<PointLoad> edit_forces;                         // of edits.forces
     double time = 0;
     std::uint64_t steps = 0;
     std::size_t budget_tets = 0;
@@ -60,6 +78,8 @@ struct Simulation::Impl {
     void resolve_pins();
     /// What follows from the front and the pins.
     void rebuild();
+    /// After the front or the materials are others than those that adaptivity knows.
+    void measure_anew();
     /// What the scene's timeline has for the step that begins. Cost: the timeline; the tree only when a pin is released.
     void apply_timeline();
     /// Gives vertices that appeared their place and velocity, and hanging ones theirs.

@@ -89,11 +89,11 @@ void Simulation::Impl::restore(const Snapshot& s, const std::string& name) {
         const auto& b = p.barycentric;
         pulls.set(p.id, {{TetId(p.leaf), Vec4(b[0], b[1], b[2], b[3])}, vector(p.target)});
     }
-    pins.hold(*model, steps, settings.time_step);
+    pins.hold(*model, edits.pins, steps, settings.time_step);
     rebuild();
     elements.evaluate({.x = state.x});
     adaptivity.set_memory(memory);
-    const double kinetic = model->held ? elements.kinetic_energy(state.v) : 0;
+    const double kinetic = pins.firm ? elements.kinetic_energy(state.v) : 0;
     adaptivity.measure(front, elements, state.x, 0, kinetic, adapt_settings);
     report = {};
     report.solver_iterations = s.solver_iterations;

@@ -26,9 +26,9 @@ Simulation::Impl::Impl(std::shared_ptr<const Model> m, const FrontSpec& spec)
     : model(std::move(m)),
       front_spec(spec),
       front(model->tree, spec.order, spec.min_level, spec.max_level),
-      adaptivity(model->matrices, model->unresolved),
-      frames(model->frame_model, model->surface, model->matrices),
-      pins(*model) {
+      pins(*model),
+      adaptivity(model->matrices, pins.unresolved),
+      frames(model->frame_model, model->surface, model->matrices) {
     const Scene& scene = model->scene;
     gravity = scene.gravity;
     adapt_settings.tolerance = spec.tolerance;
@@ -55,14 +55,18 @@ void Simulation::Impl::start() {
     adaptivity.clear();
     for (const TimelineEvent& event : model->scene.timeline) {
         if (event.gravity) gravity = model->scene.gravity;
-        if (event.release) pins.hold(*model, steps, settings.time_step);
+        if (event.release) pins.hold(*model, edits.pins, steps, settings.time_step);
     }
     resolve_pins();
     rebuild();
+    measure_anew();
+    if (model->scene.solver.start == Start::equilibrium) settle();
+}
+
+void Simulation::Impl::measure_anew() {
     elements.evaluate({.x = state.x});
     adaptivity.measure(front, elements, state.x, 0, 0, adapt_settings);
     describe(report);
-    if (model->scene.solver.start == Start::equilibrium) settle();
 }
 
 StepReport Simulation::Impl::settle() {
@@ -115,14 +119,13 @@ void Simulation::Impl::resolve_pins() {
         changed = false;
         const std::vector<TetId> active = front.active();
         for (TetId t : active)
-            if (model->unresolved[t] && front.split(t)) changed = true;
+            if (pins.unresolved[t] && front.split(t)) changed = true;
         transfer(front.commit());
     }
 }
 
 void Simulation::Impl::rebuild() {
-    const TetMaterials materials{model->matrices.elasticity, model->density, model->matrices.mass_damping,
-                                 model->matrices.stiffness_damping};
+    const TetMaterials materials{matrices().elasticity, model->density, matrices().mass_damping, matrices().stiffness_damping};
     elements.build(front, materials);
     stepper.build(front, elements, materials, pins.pinned, integrator);
 }
@@ -135,7 +138,7 @@ void Simulation::Impl::apply_timeline() {
         released = released || event.release;
     }
     if (!released) return;
-    pins.hold(*model, steps, settings.time_step);
+    pins.hold(*model, edits.pins, steps, settings.time_step);
     rebuild();
 }
 
@@ -149,7 +152,7 @@ void Simulation::Impl::transfer(const Front::Change& change) {
             (*field)[v] = front.interpolate(*field, v);
     }
     for (VertexId v : front.vertices())
-        if (pins.pinned[v]) state.rest_at(v, model->tree.rest(v));
+        if (pins.pinned[v]) state.rest_at(v, pins.pinned[v] == Pins::at_rest ? model->tree.rest(v) : state.x[v]);
 }
 
 void Simulation::Impl::apply_budget() {
@@ -195,6 +198,7 @@ void Simulation::Impl::add_loads(Loads& loads) const {
     loads.gravity = gravity;
     for (const AttachedForce& f : model->forces)
         if (time >= f.start && time < f.end) loads.forces.push_back({front.locate(f.at.leaf, f.at.barycentric), f.force});
+    for (const PointLoad& f : edit_forces) loads.forces.push_back({front.locate(f.at.leaf, f.at.barycentric), f.force});
     pulls.add_to(loads, front, *model, state.x);
 }
 
@@ -233,7 +237,7 @@ StepReport Simulation::Impl::step() {
         time = static_cast<double>(steps) * settings.time_step;
         if (a.parts > 1) r.warning = "the time step was cut in " + std::to_string(a.parts) + " to stay stable";
     }
-    const double kinetic = model->held ? elements.kinetic_energy(state.v) : 0;
+    const double kinetic = pins.firm ? elements.kinetic_energy(state.v) : 0;
     adaptivity.measure(front, elements, state.x, settings.time_step, kinetic, adapt_settings);
     r.milliseconds.adapt += lap();
     describe(r);

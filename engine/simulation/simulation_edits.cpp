@@ -1,0 +1,109 @@
+// Commands that change what is simulated while it moves: edits beyond the scene, and the order of the tets.
+#include "engine/base/error.hpp"
+#include "engine/simulation/pulls.hpp"
+#include "engine/simulation/simulation_impl.hpp"
+
+namespace tetfront {
+
+namespace {
+
+void check(bool good, const char* where, const char* remedy) {
+    if (!good) throw InputError("", where, "is out of range", remedy);
+}
+
+PooledPerTet<Sym6> scaled(const PooledPerTet<Sym6>& matrices, double factor) {
+    std::vector<Sym6> values = matrices.values();
+    for (Sym6& c : values)
+        for (double& entry : c.upper) entry *= factor;
+    return {std::move(values), matrices.numbers()};
+}
+
+PerTet<double> increased(PerTet<double> coefficients, double by, std::size_t tets) {
+    if (by == 0) return coefficients;
+    if (coefficients.empty()) coefficients.resize(tets, 0);
+    for (TetId t : ids<TetId>(tets)) coefficients[t] += by;
+    return coefficients;
+}
+
+/// Null: nothing differs from the model.
+std::shared_ptr<const ElasticityMatrices> edited(const Model& model, const Edits& edits) {
+    if (edits.stiffness_scale == 1 && edits.mass_damping == 0 && edits.stiffness_damping == 0) return nullptr;
+    const std::size_t tets = model.tree.tet_count();
+    const ElasticityMatrices& m = model.matrices;
+    return std::make_shared<const ElasticityMatrices>(
+        ElasticityMatrices{.elasticity = scaled(m.elasticity, edits.stiffness_scale),
+                           .bracket = scaled(m.bracket, edits.stiffness_scale),
+                           .valid_range = m.valid_range,
+                           .mass_damping = increased(m.mass_damping, edits.mass_damping, tets),
+                           .stiffness_damping = increased(m.stiffness_damping, edits.stiffness_damping, tets),
+                           .report = {}});
+}
+
+}  // namespace
+
+void interpolate_absent(const Front& front, PerVertex<Vec3>& field) {
+    for (VertexId v : ids<VertexId>(field.size()))
+        if (front.state(v) == VertexState::absent) field[v] = front.interpolate(field, v);
+}
+
+void Simulation::Impl::set_edits(const Edits& wanted) {
+    check(wanted.stiffness_scale >= 0.01 && wanted.stiffness_scale <= 100, "/value", "use a scale of 0.01 to 100");
+    check(wanted.mass_damping >= 0 && wanted.mass_damping <= 1000, "/mass", "use 0 to 1000 1/s");
+    check(wanted.stiffness_damping >= 0 && wanted.stiffness_damping <= 10, "/stiffness", "use 0 to 10 s");
+    std::vector<PointLoad> forces;
+    for (const auto& [number, force] : wanted.forces) {
+        check(force.value.allFinite() && force.value.cwiseAbs().maxCoeff() <= 1e9, "/value", "use three numbers within 1e9 N");
+        forces.push_back({attach(*model, force.at), force.value});
+    }
+    for (const PinEdit& pin : wanted.pins) {
+        check(pin.radius >= 0 && pin.radius <= 1e6, "/radius", "use 0 to 1e6 m");
+        rest_position(*model, pin.centre);
+    }
+    const Edits before = std::exchange(edits, wanted);
+    edit_forces = std::move(forces);
+    const bool other_materials = before.stiffness_scale != edits.stiffness_scale || before.mass_damping != edits.mass_damping ||
+                                 before.stiffness_damping != edits.stiffness_damping;
+    const bool other_pins = before.pins != edits.pins;
+    if (!other_materials && !other_pins) return;
+    if (other_materials) {
+        edited_matrices = edited(*model, edits);
+        const double scale = edits.stiffness_scale / before.stiffness_scale;
+        adapt_settings.energy_floor *= scale;
+        adaptivity = Adaptivity(matrices(), pins.unresolved);
+    }
+    if (other_pins) {
+        pins.hold(*model, edits.pins, steps, settings.time_step);
+        resolve_pins();
+    }
+    rebuild();
+    measure_anew();
+}
+
+void Simulation::Impl::set_order(int order) {
+    check(order == 1 || order == 2, "/value", "use order 1 or 2");
+    if (order == front.order()) return;
+    if (order == 2 && model->tree.depth() == 0)
+        throw InputError("", "/value", "needs vertices inside of tets", "use a scene with levels of 1 or more");
+    for (PerVertex<Vec3>* field : {&state.x, &state.v, &state.a, &state.earlier_x, &state.earlier_v}) interpolate_absent(front, *field);
+    // Splits that lead to what was active; deeper levels than the order allows are left out.
+    const TetTree& tree = model->tree;
+    Front next(tree, order, front_spec.min_level, front_spec.max_level);
+    PerTet<std::uint8_t> above(tree.tet_count(), 0);
+    for (TetId t : front.active())
+        for (TetId up = t; tree.level_of(up) > 0;) above[up = tree.parent(up)] = 1;
+    for (int level = 0; level < tree.depth(); ++level)
+        for (TetId t : tree.level(level))
+            if (above[t] && next.is_active(t)) next.split(t);
+    next.commit();
+    front_spec.order = order;
+    front = std::move(next);
+    front.prolong(state.x), front.prolong(state.v), front.prolong(state.a);
+    front.prolong(state.earlier_x), front.prolong(state.earlier_v);
+    frames.forget_front();
+    resolve_pins();
+    adaptivity = Adaptivity(matrices(), pins.unresolved);
+    rebuild();
+    measure_anew();
+}
+
+}  // namespace tetfront

@@ -1,0 +1,167 @@
+// Forces, pins, stiffness, damping and the order changed while a simulation runs.
+#include "engine/simulation/simulation.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "engine/base/error.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace tetfront {
+namespace {
+
+using testing::box_model;
+using testing::cantilever_model;
+
+/// Where the middle of a surface triangle is now.
+Vec3 centre(Simulation& simulation, std::uint32_t triangle) {
+    const auto frame = simulation.frame();
+    Vec3 sum = Vec3::Zero();
+    for (const std::uint32_t v : frame->model->triangles[triangle])
+        for (int c = 0; c < 3; ++c) sum[c] += static_cast<double>(frame->surface[v][static_cast<std::size_t>(c)]) / 3;
+    return sum;
+}
+
+/// The triangle whose centre is farthest along +x.
+std::uint32_t tip_of(Simulation& simulation) {
+    const std::size_t count = simulation.frame()->model->triangles.size();
+    std::uint32_t best = 0;
+    for (std::uint32_t t = 0; t < count; ++t)
+        if (centre(simulation, t).x() > centre(simulation, best).x()) best = t;
+    return best;
+}
+
+void step(Simulation& simulation, int count) {
+    for (int i = 0; i < count; ++i) simulation.step();
+}
+
+/// Mean of a small deflection under gravity that has come to rest, at order 2 on a fixed front.
+double sag(double scale) {
+    Simulation simulation(cantilever_model({{"/gravity", "[0, 0, -0.05]"}, {"/front/max_level", "0"}}));
+    const std::uint32_t tip = tip_of(simulation);
+    const double rest = centre(simulation, tip).z();
+    Edits edits;
+    edits.stiffness_scale = scale;
+    edits.mass_damping = 5;  // about critical
+    simulation.set_edits(edits);
+    step(simulation, 400);
+    return rest - centre(simulation, tip).z();
+}
+
+TEST(Edits, TwiceTheStiffnessHalvesASmallDeflection) {
+    const double once = sag(1), twice = sag(2);
+    EXPECT_GT(once, 1e-4);
+    EXPECT_NEAR(once / twice, 2, 0.02);
+}
+
+TEST(Edits, TakenBackLeaveTheSameMotionAsNeverMade) {
+    Simulation touched(cantilever_model()), untouched(cantilever_model());
+    Edits edits;
+    edits.stiffness_scale = 3, edits.stiffness_damping = 0.1;
+    edits.pins = {{false, {0, Vec3::Constant(1.0 / 3)}, 10}};
+    edits.forces[1] = {{5, Vec3::Constant(1.0 / 3)}, {0, 0, 10}};
+    touched.set_edits(edits);
+    EXPECT_EQ(touched.edits(), edits);
+    touched.set_edits({});
+    touched.reset();
+    step(touched, 20), step(untouched, 20);
+    EXPECT_EQ(touched.hash(), untouched.hash());
+}
+
+TEST(Edits, AForceAcceleratesAFreeBodyByNewtonsLaw) {
+    Simulation simulation(box_model({{"/solver/cg_tolerance", "1e-8"}}));
+    Edits edits;
+    const Vec3 force(0, 0, 40);
+    edits.forces[3] = {{tip_of(simulation), Vec3::Constant(1.0 / 3)}, force};
+    simulation.set_edits(edits);
+    step(simulation, 30);
+    EXPECT_LT((simulation.momentum().linear - 0.5 * force).norm(), 1e-3 * 20);
+    edits.forces.clear();
+    simulation.set_edits(edits);
+    const Vec3 before = simulation.momentum().linear;
+    step(simulation, 10);
+    EXPECT_LT((simulation.momentum().linear - before).norm(), 1e-3 * before.norm());
+}
+
+TEST(Edits, APinHoldsWhereTheObjectIsNow) {
+    Simulation simulation(cantilever_model());
+    const std::uint32_t tip = tip_of(simulation);
+    step(simulation, 10);
+    const Vec3 there = centre(simulation, tip);
+    Edits edits;
+    edits.pins = {{true, {tip, Vec3::Constant(1.0 / 3)}, 1}};  // larger than a tet
+    simulation.set_edits(edits);
+    step(simulation, 30);
+    EXPECT_LT((centre(simulation, tip) - there).norm(), 1e-6);
+    edits.pins.push_back({false, {tip, Vec3::Constant(1.0 / 3)}, 1});
+    simulation.set_edits(edits);
+    step(simulation, 30);
+    EXPECT_GT((centre(simulation, tip) - there).norm(), 1e-3);
+    EXPECT_NO_THROW(simulation.front().validate());
+}
+
+TEST(Edits, ASmallPinSplitsTheTetsThatMissIt) {
+    // The middle of the top, far from every coarse vertex.
+    Simulation simulation(cantilever_model({{"/mesh/box/cells", "[2, 1, 1]"}, {"/front/tolerance", "1"}}));
+    const std::uint32_t tip = tip_of(simulation);
+    Edits edits;
+    edits.pins = {{true, {tip, Vec3(1, 0, 0)}, 0.01}};
+    simulation.set_edits(edits);
+    const auto frame = simulation.frame();
+    const auto corner = frame->surface[frame->model->triangles[tip][0]];
+    step(simulation, 20);
+    const auto after = simulation.frame()->surface[frame->model->triangles[tip][0]];
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(after[c], corner[c], 1e-6);
+}
+
+TEST(Edits, UnpinningEverythingLetsTheObjectFall) {
+    Simulation simulation(cantilever_model());
+    Edits edits;
+    edits.pins = {{false, {0, Vec3::Constant(1.0 / 3)}, 10}};
+    simulation.set_edits(edits);
+    step(simulation, 30);
+    const double fall = simulation.momentum().linear.z() / simulation.model().mass;
+    EXPECT_NEAR(fall, -9.81 * 0.5, 0.05);
+}
+
+TEST(Edits, TheOrderChangesWhileShapeAndMotionStay) {
+    for (const int first : {1, 2}) {
+        Simulation simulation(cantilever_model({{"/front/order", std::to_string(first)}}));
+        const std::uint32_t tip = tip_of(simulation);
+        step(simulation, 12);
+        const Vec3 place = centre(simulation, tip), momentum = simulation.momentum().linear;
+        const auto epoch = simulation.frame()->topology->epoch;
+        simulation.set_order(3 - first);
+        EXPECT_EQ(simulation.front().order(), 3 - first);
+        EXPECT_NO_THROW(simulation.front().validate());
+        EXPECT_LT((centre(simulation, tip) - place).norm(), 0.02);
+        EXPECT_LT((simulation.momentum().linear - momentum).norm(), 0.05 * momentum.norm());
+        EXPECT_EQ(simulation.frame()->topology->epoch, epoch + 1) << "viewers see another topology";
+        step(simulation, 12);
+        EXPECT_TRUE(std::isfinite(simulation.energy().elastic));
+        EXPECT_NO_THROW(simulation.front().validate());
+    }
+}
+
+TEST(Edits, RefusesWhatIsOutOfRangeAndChangesNothing) {
+    Simulation simulation(cantilever_model());
+    const auto refused = [&](auto change) {
+        Edits edits;
+        change(edits);
+        EXPECT_THROW(simulation.set_edits(edits), InputError);
+        EXPECT_EQ(simulation.edits(), Edits{});
+    };
+    refused([](Edits& e) { e.stiffness_scale = 0; });
+    refused([](Edits& e) { e.stiffness_scale = NAN; });
+    refused([](Edits& e) { e.mass_damping = -1; });
+    refused([](Edits& e) { e.stiffness_damping = 1e308; });
+    refused([](Edits& e) { e.forces[0].at.triangle = 1u << 30; });
+    refused([](Edits& e) { e.forces[0].value = {0, NAN, 0}; });
+    refused([](Edits& e) { e.pins = {{true, {0, {2, 0, -1}}, 1}}; });
+    refused([](Edits& e) { e.pins = {{true, {}, -1}}; });
+    EXPECT_THROW(simulation.set_order(3), InputError);
+}
+
+}  // namespace
+}  // namespace tetfront
