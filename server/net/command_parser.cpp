@@ -1,6 +1,7 @@
 #include "server/net/command_parser.hpp"
 
-#include <algorithm>
+#include "server/session/library.hpp"
+
 #include <cmath>
 #include <functional>
 #include <set>
@@ -266,13 +267,6 @@ Command read_command(Members& members) {
 }
 
 }  // namespace
-
-bool is_plain_name(std::string_view text) {
-    const auto plain = [](char c) {
-        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
-    };
-    return !text.empty() && text.size() <= max_name && text.front() != '.' && std::ranges::all_of(text, plain);
-}
 
 ParsedCommand parse_command(std::string_view text) {
     std::optional<std::int64_t> id;

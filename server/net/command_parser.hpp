@@ -20,9 +20,6 @@ struct ParsedCommand {
     std::variant<Command, CommandError> result;
 };
 
-/// A name of a scene, a recording or a saved state, as clients may say it: no separators, nothing hidden, 1..64 bytes.
-bool is_plain_name(std::string_view text);
-
 /// Never throws for any text. Error codes: malformed, unknown_command, unknown_key, missing_key, wrong_type,
 /// out_of_range; see server/PROTOCOL.md.
 ParsedCommand parse_command(std::string_view text);

@@ -57,8 +57,21 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
             response.set(http::field::allow, "GET, HEAD");
             return send(std::move(response));
         }
+        ++hub_.metrics.requests;
+        if (hub_.connections_of(address) > hub_.limits.connections_per_address && !websocket::is_upgrade(request)) {
+            ++hub_.metrics.refused_connections;
+            return refuse(http::status::too_many_requests, "there are too many connections from your address", false);
+        }
+        const std::string_view path = text(request.target()).substr(0, text(request.target()).find('?'));
         if (request.target() == "/ws") return on_websocket(keep_alive);
-        if (text(request.target()).substr(0, text(request.target()).find('?')) == "/snapshot.png") return on_snapshot(keep_alive);
+        if (path == "/healthz") return on_health(keep_alive);
+        if (path == "/readyz") return on_ready(keep_alive);
+        if (path == "/session") return on_session(keep_alive);
+        const bool guarded = path == "/snapshot.png" || path == "/metrics" || path.starts_with("/recordings/");
+        if (guarded && !authorized()) return refuse_token(keep_alive);
+        if (path == "/snapshot.png") return on_snapshot(keep_alive);
+        if (path == "/metrics") return on_metrics(keep_alive);
+        if (path.starts_with("/recordings/")) return send_recording(path.substr(12), keep_alive);
         const WebFile* file = find(hub_.files, text(request.target()));
         if (!file) return refuse(http::status::not_found, "there is no such page", keep_alive);
         send_file(*file, keep_alive);
@@ -77,10 +90,81 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
             return refuse(http::status::bad_request, "offer the WebSocket subprotocol tetfront.v1", keep_alive);
         if (buffer_.size() > 0)
             return refuse(http::status::bad_request, "bytes follow the request before it was answered", false);
-        const auto viewer = std::make_shared<WebSocketConnection>(hub_, timeouts_, std::move(stream_));
+        const auto viewer = std::make_shared<WebSocketConnection>(hub_, timeouts_, std::move(stream_), authorized());
+        viewer->address = address;
         hub_.add(viewer);
         hub_.remove(shared_from_this());
         viewer->accept(request);
+    }
+
+    [[nodiscard]] bool authorized() const {
+        const http::request<http::empty_body>& request = parser_->get();
+        return hub_.access.authorized(text(request[http::field::authorization]), text(request[http::field::cookie]));
+    }
+    void refuse_token(bool keep_alive) {
+        Response response = make(http::status::unauthorized, "a token is needed: Authorization: Bearer TOKEN\n", keep_alive);
+        response.set(http::field::www_authenticate, "Bearer");
+        send(std::move(response));
+    }
+
+    /// Exchanges the token for a cookie, which pages and their WebSockets send by themselves.
+    void on_session(bool keep_alive) {
+        if (!authorized()) return refuse_token(keep_alive);
+        Response response = make(http::status::no_content, "", keep_alive);
+        if (hub_.access.needs_token()) response.set(http::field::set_cookie, hub_.access.cookie());
+        send(std::move(response));
+    }
+    void on_health(bool keep_alive) {
+        const std::string problem = hub_.stalled();
+        if (!problem.empty()) return refuse(http::status::service_unavailable, problem, keep_alive);
+        answer("ok\n", keep_alive);
+    }
+    void on_ready(bool keep_alive) {
+        if (!hub_.ready() || hub_.shutting_down()) return refuse_for_now("there is no frame yet", keep_alive);
+        answer("ok\n", keep_alive);
+    }
+    void on_metrics(bool keep_alive) { answer(hub_.metrics_page(), keep_alive, "text/plain; version=0.0.4; charset=utf-8"); }
+
+    void answer(std::string body, bool keep_alive, const char* type = "text/plain; charset=utf-8") {
+        const std::size_t size = body.size();
+        const bool head = parser_->get().method() == http::verb::head;
+        Response response = make(http::status::ok, head ? std::string() : std::move(body), keep_alive);
+        response.set(http::field::content_type, type);
+        if (head) response.content_length(size);
+        send(std::move(response));
+    }
+
+    /// name: from the client, looked up in a listing. The file is read piece by piece while it is sent.
+    void send_recording(std::string_view name, bool keep_alive) {
+        const auto entry = find(hub_.session.settings().library.recordings(), name);
+        beast::error_code error;
+        http::file_body::value_type file;
+        if (entry) file.open(entry->path.c_str(), beast::file_mode::scan, error);
+        if (!entry || error) return refuse(http::status::not_found, "there is no such recording", keep_alive);
+        http::response<http::file_body> response(http::status::ok, 11);
+        const std::uint64_t size = file.size();
+        set_headers(response, keep_alive);
+        response.set(http::field::content_type, "application/octet-stream");
+        response.set(http::field::content_disposition, "attachment; filename=\"" + entry->name + "\"");
+        if (parser_->get().method() == http::verb::head) {
+            Response head = make(http::status::ok, "", keep_alive);
+            head.set(http::field::content_type, "application/octet-stream");
+            head.content_length(size);
+            return send(std::move(head));
+        }
+        response.body() = std::move(file);
+        response.prepare_payload();
+        const auto kept = std::make_shared<http::response<http::file_body>>(std::move(response));
+        const auto serializer = std::make_shared<http::response_serializer<http::file_body>>(*kept);
+        stream_.expires_after(timeouts_.download);
+        http::async_write(stream_, *serializer, [self = shared_from_this(), kept, serializer](Error failed, std::size_t) {
+            if (failed)
+                self->finish();
+            else if (kept->need_eof())
+                self->linger();
+            else
+                self->read();
+        });
     }
 
     /// The answer comes when the picture is drawn; no other request is read meanwhile.
@@ -139,6 +223,15 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
 
     Response make(http::status status, std::string body, bool keep_alive) {
         Response response(status, 11);
+        set_headers(response, keep_alive);
+        response.body() = std::move(body);
+        response.prepare_payload();
+        if (static_cast<unsigned>(status) >= 400) ++hub_.metrics.errors[std::to_string(static_cast<unsigned>(status))];
+        return response;
+    }
+
+    template <class Message>
+    static void set_headers(Message& response, bool keep_alive) {
         response.keep_alive(keep_alive);
         response.set(http::field::server, "tetfront");
         response.set(http::field::content_type, "text/plain; charset=utf-8");
@@ -149,9 +242,6 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
         response.set("Referrer-Policy", "no-referrer");
         response.set("Cross-Origin-Opener-Policy", "same-origin");
         response.set("Cross-Origin-Resource-Policy", "same-origin");
-        response.body() = std::move(body);
-        response.prepare_payload();
-        return response;
     }
 
     void refuse(http::status status, std::string_view why, bool keep_alive) {

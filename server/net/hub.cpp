@@ -9,13 +9,23 @@
 
 namespace tetfront {
 
-Hub::Hub(Session& session_, WebFiles files_, AccessPolicy access_)
-    : session(session_), files(std::move(files_)), access(std::move(access_)) {}
+Hub::Hub(Session& session_, WebFiles files_, AccessPolicy access_, Limits limits_)
+    : session(session_), files(std::move(files_)), access(std::move(access_)), limits(limits_) {}
 
-void Hub::add(const std::shared_ptr<Connection>& connection) { connections_.insert(connection); }
+std::size_t Hub::connections_of(const std::string& address) const {
+    const auto entry = addresses_.find(address);
+    return entry == addresses_.end() ? 0 : entry->second;
+}
+
+void Hub::add(const std::shared_ptr<Connection>& connection) {
+    if (connections_.insert(connection).second) ++addresses_[connection->address];
+}
 
 void Hub::remove(const std::shared_ptr<Connection>& connection) {
-    connections_.erase(connection);
+    if (connections_.erase(connection) > 0) {
+        const auto entry = addresses_.find(connection->address);
+        if (--entry->second == 0) addresses_.erase(entry);
+    }
     if (done_ && connections_.empty()) done_();
 }
 
@@ -24,14 +34,49 @@ void Hub::add_viewer(const std::shared_ptr<Viewer>& viewer) {
     if (ready())
         greet(*viewer);
     else
-        viewer->outbox.set_progress(progress_);
+        viewer->outbox.set(Outbox::Slot::progress, progress_);
     broadcast_state();
     viewer->flush();
 }
 
 void Hub::remove_viewer(const std::shared_ptr<Viewer>& viewer) {
-    if (viewers_.erase(viewer) > 0) broadcast_state();
+    if (viewers_.erase(viewer) > 0) {
+        const Outbox::Statistics link = viewer->outbox.statistics();
+        metrics.frames_sent += link.sent, metrics.frames_dropped += link.dropped;
+        show_fields();
+        broadcast_state();
+    }
     remove(viewer);
+}
+
+void Hub::show_fields() {
+    std::set<Field> wanted;
+    for (const auto& viewer : viewers_)
+        if (viewer->outbox.field() != Field::none) wanted.insert(viewer->outbox.field());
+    if (wanted == fields_) return;
+    fields_ = wanted;
+    session.show_fields(std::move(wanted));
+}
+
+std::string Hub::metrics_page() const {
+    Gauges now{.connections = connections_.size(),
+               .viewers = viewers_.size(),
+               .frames_sent = metrics.frames_sent,
+               .frames_dropped = metrics.frames_dropped,
+               .answers_waiting = 0,
+               .simulation_busy = session.busy_for()};
+    for (const auto& viewer : viewers_) {
+        const Outbox::Statistics link = viewer->outbox.statistics();
+        now.frames_sent += link.sent, now.frames_dropped += link.dropped;
+        now.answers_waiting += viewer->outbox.waiting();
+    }
+    return tetfront::metrics_page(metrics, now, state_ ? &*state_ : nullptr);
+}
+
+std::string Hub::stalled() const {
+    const double busy = session.busy_for();
+    if (busy * 1000 < static_cast<double>(limits.stall.count())) return "";
+    return "the simulation thread has been at one thing for " + std::to_string(static_cast<long>(busy)) + " s";
 }
 
 Hub::Refusal Hub::snapshot(const SnapshotQuery& query, SnapshotPainter::Done done) {
@@ -65,16 +110,29 @@ void Hub::shut_down(std::function<void()> done) {
 void Hub::on_progress(const std::string& what, double fraction) {
     if (std::exchange(stage_, what) != what) spdlog::info("building the model: {}", what);
     progress_ = share(progress_event(what, fraction, remaining_.of(what, fraction)));
-    for (const auto& viewer : viewers_) {
-        viewer->outbox.set_progress(progress_);
-        viewer->flush();
-    }
+    set_all(Outbox::Slot::progress, progress_);
 }
 
-void Hub::on_model(std::shared_ptr<const SessionModel> model) { model_ = std::move(model); }
+/// Of a first or of another scene: viewers are greeted when its first frame and state are there.
+void Hub::on_model(std::shared_ptr<const SessionModel> model) {
+    if (model_) spdlog::info("now serving {}", model->scene.name);
+    model_ = std::move(model);
+    ++generation_;
+    frame_ = nullptr;
+    coloured_.clear();
+    state_.reset();
+    settings_ = nullptr;
+    for (const auto& viewer : viewers_) viewer->outbox.restart();
+    if (const Shots early = std::exchange(early_, {}); early.frame && early.frame->model == model_->frame_model) on_frame(early);
+}
 
-void Hub::on_frame(std::shared_ptr<const Frame> frame) {
-    frame_ = std::move(frame);
+void Hub::on_frame(const Shots& shots) {
+    if (!model_ || shots.frame->model != model_->frame_model) {
+        early_ = shots;
+        return;
+    }
+    frame_ = shots.frame;
+    coloured_ = shots.coloured;
     if (!ready() || viewers_.empty()) return;
     const auto present = moment();
     for (const auto& viewer : viewers_) {
@@ -84,43 +142,94 @@ void Hub::on_frame(std::shared_ptr<const Frame> frame) {
 }
 
 void Hub::on_state(const SessionState& state) {
+    if (!model_) return;
     const bool was_ready = ready();
+    const bool was_recording = state_ && state_->recording.active;
     state_ = state;
+    if (!state.recording.problem.empty() && was_recording && !state.recording.active) {
+        spdlog::warn("{}: {}", state.recording.name, state.recording.problem);
+        broadcast(log_event("warning", state.recording.name + ": " + state.recording.problem));
+    }
+    const SharedBytes settings = share(settings_event(state));
+    if (!settings_ || *settings_ != *settings) {
+        settings_ = settings;
+        set_all(Outbox::Slot::settings, settings_);
+    }
+    const auto now = std::chrono::steady_clock::now();
+    if (was_recording != state.recording.active || (state.recording.active && now - last_recording_ >= std::chrono::seconds(1))) {
+        last_recording_ = now;
+        recording_ = share(recording_event(state.recording));
+        set_all(Outbox::Slot::recording, recording_);
+    }
     if (!was_ready && ready())
         for (const auto& viewer : viewers_) greet(*viewer);
     broadcast_state();
 }
 
 void Hub::greet(Viewer& viewer) {
-    viewer.push(hello_event(*model_, *state_));
-    viewer.outbox.set_progress(nullptr);
+    const Session::Settings& settings = session.settings();
+    std::vector<std::string_view> capabilities = {"acknowledge", "colouring"};
+    if (!model_->recorded) capabilities.emplace_back("edit");
+    if (settings.library.has_scenes()) capabilities.emplace_back("load");
+    if (!model_->recorded && settings.library.keeps()) capabilities.emplace_back("record");
+    viewer.push(hello_event(*model_, *state_, generation_,
+                            {.message_bytes = limits.message_bytes,
+                             .messages_per_second = limits.messages_per_second,
+                             .recording_bytes = settings.recording_bytes},
+                            capabilities));
+    viewer.outbox.set(Outbox::Slot::progress, nullptr);
+    viewer.outbox.set(Outbox::Slot::settings, settings_);
+    viewer.outbox.set(Outbox::Slot::recording, recording_);
     viewer.outbox.show(moment());
     viewer.flush();
 }
 
-void Hub::broadcast_state() {
-    if (!ready() || viewers_.empty()) return;
-    const SharedBytes bytes = share(state_event(*state_, viewers_.size()));
+void Hub::set_all(Outbox::Slot slot, const SharedBytes& text) {
     for (const auto& viewer : viewers_) {
-        viewer->outbox.set_state(bytes);
+        viewer->outbox.set(slot, text);
         viewer->flush();
     }
+}
+
+void Hub::broadcast(const std::string& text) {
+    for (const auto& viewer : std::set(viewers_)) {  // one that does not read is closed
+        viewer->push(text);
+        viewer->flush();
+    }
+}
+
+void Hub::broadcast_state() {
+    if (!ready() || viewers_.empty()) return;
+    const auto now = Outbox::Clock::now();
+    for (const auto& viewer : viewers_) {
+        const Outbox::Statistics link = viewer->outbox.statistics();
+        if (now - viewer->last_link < std::chrono::seconds(1) || link.sent == viewer->link_sent) continue;
+        viewer->last_link = now;
+        viewer->link_sent = link.sent;
+        viewer->outbox.set(Outbox::Slot::link, share(link_event(link)));
+    }
+    set_all(Outbox::Slot::state, share(state_event(*state_, viewers_.size())));
 }
 
 /// The present frame's messages, encoded when somebody wants them; the topology only when it has changed.
 std::shared_ptr<const Moment> Hub::moment() {
     if (encoded_frame_ == frame_) return encoded_;
-    constexpr std::uint16_t generation = 1;  // one model per process so far
+    const auto start = std::chrono::steady_clock::now();
+    const bool same_model = encoded_ && encoded_->generation == generation_;
     auto next = std::make_shared<Moment>();
-    next->generation = generation;
+    next->generation = generation_;
     next->epoch = frame_->topology->epoch;
-    next->model = encoded_ ? encoded_->model : share(encode_model(*frame_->model, generation));
-    next->topology = encoded_ && encoded_frame_->topology == frame_->topology
+    next->sequence = ++sequence_;
+    next->model = same_model ? encoded_->model : share(encode_model(*frame_->model, generation_));
+    next->topology = same_model && encoded_frame_->topology == frame_->topology
                          ? encoded_->topology
-                         : share(encode_topology(*frame_->topology, frame_->front_positions.size(), generation));
-    next->frame = share(encode_frame(*frame_, generation, ++sequence_));
+                         : share(encode_topology(*frame_->topology, frame_->front_positions.size(), generation_));
+    next->frame = share(encode_frame(*frame_, generation_, sequence_));
+    for (const auto& frame : coloured_) next->coloured[frame->field] = share(encode_frame(*frame, generation_, sequence_));
     encoded_ = std::move(next);
     encoded_frame_ = frame_;
+    ++metrics.frames_encoded;
+    metrics.encode_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return encoded_;
 }
 

@@ -22,7 +22,18 @@ static_assert(std::endian::native == std::endian::little, "messages are written 
 
 using Json = nlohmann::ordered_json;
 
-enum class MessageType : std::uint8_t { model = 1, topology = 2, frame = 3 };
+enum class MessageType : std::uint8_t { model = 1, topology = 2, frame = 3, coloured_frame = 4 };
+
+std::uint32_t wire_number(Field field) {
+    switch (field) {
+        case Field::displacement: return 1;
+        case Field::strain: return 2;
+        case Field::stress: return 3;
+        case Field::error: return 4;
+        case Field::none: break;
+    }
+    return 0;
+}
 
 struct Header {
     MessageType type;
@@ -98,6 +109,23 @@ void append_quantised(std::string& bytes, std::span<const Point> points, const B
     pad(bytes);
 }
 
+void append_values(std::string& bytes, Field field, std::span<const float> values) {
+    float high = 0;
+    for (const float x : values)
+        if (std::isfinite(x)) high = std::max(high, x);
+    const std::array<std::uint32_t, 1> number{wire_number(field)};
+    const std::array<float, 2> range{high, field_high({values.begin(), values.end()})};
+    append(bytes, std::span<const std::uint32_t>(number));
+    append(bytes, std::span<const float>(range));
+    std::vector<std::uint16_t> codes;
+    codes.reserve(values.size());
+    for (const float x : values) {
+        const float u = high > 0 ? x / high * 65535 + 0.5F : 0;
+        codes.push_back(u > 0 ? static_cast<std::uint16_t>(std::min(u, 65535.0F)) : 0);  // NaN: 0
+    }
+    append(bytes, std::span<const std::uint16_t>(codes));
+}
+
 std::string text(const Json& message) { return message.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 Json array(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
@@ -137,7 +165,9 @@ std::string encode_topology(const FrameTopology& topology, std::size_t front_cou
 }
 
 std::string encode_frame(const Frame& frame, std::uint16_t generation, std::uint32_t sequence) {
-    std::string bytes = start({.type = MessageType::frame,
+    const bool coloured = !frame.field_values.empty();
+    ENSURE(!coloured || frame.field_values.size() == frame.surface.size(), frame.field_values.size(), frame.surface.size());
+    std::string bytes = start({.type = coloured ? MessageType::coloured_frame : MessageType::frame,
                                .generation = generation,
                                .epoch = frame.topology->epoch,
                                .sequence = sequence,
@@ -145,7 +175,7 @@ std::string encode_frame(const Frame& frame, std::uint16_t generation, std::uint
                                .time = frame.status.time,
                                .count_b = count(frame.front_positions.size()),
                                .count_c = count(frame.pulls.size())},
-                              24 + 6 * (frame.surface.size() + frame.front_positions.size()) + 28 * frame.pulls.size());
+                              24 + 6 * (frame.surface.size() + frame.front_positions.size()) + 28 * frame.pulls.size() + (coloured ? 12 + 2 * frame.surface.size() : 0));
     const Bounds box = bounds_of({frame.surface, frame.front_positions});
     append(bytes, std::span<const float>(box.low));
     append(bytes, std::span<const float>(box.extent));
@@ -153,10 +183,12 @@ std::string encode_frame(const Frame& frame, std::uint16_t generation, std::uint
     append_quantised(bytes, frame.front_positions, box);
     static_assert(sizeof(FramePull) == 7 * sizeof(float));
     append(bytes, std::span(frame.pulls));
+    if (coloured) append_values(bytes, frame.field, frame.field_values);
     return bytes;
 }
 
-std::string hello_event(const SessionModel& session, const SessionState& state) {
+std::string hello_event(const SessionModel& session, const SessionState& state, std::uint16_t generation, const HelloLimits& limits,
+                        const std::vector<std::string_view>& capabilities) {
     const Scene& scene = session.scene;
     const FrameModel& model = *session.frame_model;
     Json recorded;  // null
@@ -175,10 +207,15 @@ std::string hello_event(const SessionModel& session, const SessionState& state) 
                  {"gravity", array(state.gravity)},
                  {"tolerance", state.status.tolerance},
                  {"time_step", scene.time_step},
-                 {"order", scene.front.order},
+                 {"order", state.order},
                  {"playing", state.playing},
                  {"speed", state.speed},
-                 {"limits", {{"message_bytes", max_message_bytes}}}});
+                 {"generation", generation},
+                 {"limits",
+                  {{"message_bytes", limits.message_bytes},
+                   {"messages_per_second", limits.messages_per_second},
+                   {"recording_bytes", limits.recording_bytes}}},
+                 {"capabilities", capabilities}});
 }
 
 std::string state_event(const SessionState& state, std::size_t viewers) {
@@ -195,6 +232,13 @@ std::string state_event(const SessionState& state, std::size_t viewers) {
                  {"tolerance", status.tolerance},
                  {"gravity", array(state.gravity)},
                  {"milliseconds", status.step_milliseconds},
+                 {"phases",
+                  {{"adapt", status.phases.adapt},
+                   {"setup", status.phases.setup},
+                   {"assemble", status.phases.assemble},
+                   {"solve", status.phases.solve},
+                   {"other", status.phases.other}}},
+                 {"energy", {{"kinetic", status.kinetic_energy}, {"elastic", status.elastic_energy}}},
                  {"iterations", status.solver_iterations},
                  {"converged", status.converged},
                  {"viewers", viewers},
@@ -206,6 +250,68 @@ std::string progress_event(std::string_view what, double fraction, const std::op
                  {"what", what},
                  {"fraction", std::clamp(fraction, 0.0, 1.0)},
                  {"remaining", remaining ? Json(*remaining) : Json(nullptr)}});
+}
+
+std::string settings_event(const SessionState& state) {
+    const auto place = [](Json& object, const SurfacePoint& point) {
+        object["triangle"] = point.triangle;
+        object["barycentric"] = array(point.barycentric);
+    };
+    Json forces = Json::array(), pins = Json::array();
+    for (const auto& [number, force] : state.edits.forces) {
+        Json& entry = forces.emplace_back(Json{{"force", number}});
+        place(entry, force.at);
+        entry["value"] = array(force.value);
+    }
+    for (const PinEdit& pin : state.edits.pins) {
+        Json& entry = pins.emplace_back(Json{{"pinned", pin.pinned}});
+        place(entry, pin.centre);
+        entry["radius"] = pin.radius;
+    }
+    const command::Budget& budget = state.budget;
+    return text({{"type", "settings"},
+                 {"order", state.order},
+                 {"stiffness_scale", state.edits.stiffness_scale},
+                 {"damping", {{"mass", state.edits.mass_damping}, {"stiffness", state.edits.stiffness_damping}}},
+                 {"budget",
+                  {{"tets", budget.tets < command::Budget{}.tets ? Json(budget.tets) : Json(nullptr)},
+                   {"milliseconds", budget.milliseconds > 0 ? Json(budget.milliseconds) : Json(nullptr)}}},
+                 {"forces", std::move(forces)},
+                 {"pins", std::move(pins)}});
+}
+
+std::string recording_event(const RecordingStatus& recording) {
+    return text({{"type", "recording"},
+                 {"active", recording.active},
+                 {"name", recording.name},
+                 {"frames", recording.frames},
+                 {"seconds", recording.seconds},
+                 {"bytes", recording.bytes},
+                 {"problem", recording.problem}});
+}
+
+std::string link_event(const Outbox::Statistics& link) {
+    return text({{"type", "link"},
+                 {"sent", link.sent},
+                 {"dropped", link.dropped},
+                 {"unacknowledged", link.in_flight},
+                 {"round_trip", link.round_trip ? Json(*link.round_trip) : Json(nullptr)}});
+}
+
+std::string log_event(std::string_view level, std::string_view message) {
+    return text({{"type", "log"}, {"level", level}, {"message", message}});
+}
+
+std::string scenes_reply(std::int64_t id, const std::vector<Library::SceneEntry>& scenes) {
+    Json list = Json::array();
+    for (const auto& scene : scenes) list.push_back({{"name", scene.name}, {"title", scene.title}});
+    return text({{"type", "ok"}, {"id", id}, {"scenes", std::move(list)}});
+}
+
+std::string recordings_reply(std::int64_t id, const std::vector<Library::FileEntry>& recordings) {
+    Json list = Json::array();
+    for (const auto& file : recordings) list.push_back({{"name", file.name}, {"bytes", file.bytes}});
+    return text({{"type", "ok"}, {"id", id}, {"recordings", std::move(list)}});
 }
 
 std::string ok_reply(std::int64_t id) { return text({{"type", "ok"}, {"id", id}}); }

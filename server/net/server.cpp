@@ -36,14 +36,16 @@ struct Server::Impl {
     std::exception_ptr failure;
 
     std::mutex mutex;
-    std::shared_ptr<const Frame> newest;  // guarded by mutex: the slot that the session's thread drops frames into
+    std::shared_ptr<const Shots> newest;  // guarded by mutex: the slot that the session's thread drops frames into
 
     Impl(Options options_, WebFiles files, Session& session)
-        : options(std::move(options_)), hub(session, std::move(files), AccessPolicy(options.host, listen())) {
+        : options(std::move(options_)),
+          hub(session, std::move(files), AccessPolicy(options.host, listen(), options.names, options.token), options.limits) {
         // From here on, not from run() on: the port, and with it the URL, is known as soon as this exists.
         if (options.signals) {
             signals.add(SIGINT);
             signals.add(SIGTERM);
+            std::signal(SIGHUP, SIG_IGN);  // a terminal that closes does not take the server with it
         }
     }
 
@@ -53,6 +55,9 @@ struct Server::Impl {
         Error error;
         const auto address = asio::ip::make_address(host == "localhost" ? "127.0.0.1" : host, error);
         if (error) throw InputError("--host", host, "is not an address", "use one such as 127.0.0.1, ::1 or localhost");
+        if (!is_loopback(host) && options.token.empty())
+            throw InputError("--host", host, "can be reached from other machines, so a token is needed",
+                             "give one with --token-file or in TETFRONT_TOKEN, for example from: openssl rand -hex 24");
         const tcp::endpoint endpoint(address, options.port);
         acceptor.open(endpoint.protocol(), error);
         if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
@@ -82,7 +87,10 @@ struct Server::Impl {
                 return;
             }
             accept();
-            if (!error && hub.connection_count() < options.max_connections) begin(std::move(socket));
+            if (error) return;
+            ++hub.metrics.connections;
+            if (hub.connection_count() < options.limits.connections) return begin(std::move(socket));
+            ++hub.metrics.refused_connections;  // the socket closes here
         });
     }
 
@@ -90,8 +98,10 @@ struct Server::Impl {
         Error ignored;  // both are for speed only
         socket.set_option(tcp::no_delay(true), ignored);
         socket.set_option(asio::socket_base::send_buffer_size(send_buffer_bytes), ignored);
+        const tcp::endpoint other = socket.remote_endpoint(ignored);
         const auto connection = std::make_shared<HttpConnection>(
             hub, Timeouts{options.request_timeout, options.idle_timeout}, std::move(socket));
+        connection->address = other.address().to_string();
         hub.add(connection);
         connection->read();
     }
@@ -115,9 +125,9 @@ struct Server::Impl {
                                    double fraction) { asio::post(io, [=, this] { hub.on_progress(what, fraction); }); },
                 .model = [this](auto model) { asio::post(io, [=, this] { hub.on_model(model); }); },
                 .frame =
-                    [this](auto frame) {
+                    [this](const Shots& shots) {
                         const std::lock_guard lock(mutex);
-                        if (!std::exchange(newest, std::move(frame))) asio::post(io, [this] { take_frame(); });
+                        if (!std::exchange(newest, std::make_shared<const Shots>(shots))) asio::post(io, [this] { take_frame(); });
                     },
                 .state = [this](const SessionState& state) { asio::post(io, [=, this] { hub.on_state(state); }); },
                 .build_failed =
@@ -130,12 +140,12 @@ struct Server::Impl {
     }
 
     void take_frame() {
-        std::shared_ptr<const Frame> frame;
+        std::shared_ptr<const Shots> shots;
         {
             const std::lock_guard lock(mutex);
-            frame = std::exchange(newest, nullptr);
+            shots = std::exchange(newest, nullptr);
         }
-        hub.on_frame(std::move(frame));
+        hub.on_frame(*shots);
     }
 
     void run() {

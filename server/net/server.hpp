@@ -7,6 +7,7 @@
 //     std::cout << server.url() << std::endl;
 //     server.run();                                                         // until stop(), SIGINT or SIGTERM
 
+#include "server/net/limits.hpp"
 #include "server/net/web_files.hpp"
 #include "server/session/session.hpp"
 
@@ -15,6 +16,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace tetfront {
 
@@ -28,13 +30,16 @@ class Server {
     struct Options {
         std::string host = "127.0.0.1";  // an address, or localhost
         std::uint16_t port = 8080;       // 0: any free one
-        bool signals = false;            // SIGINT and SIGTERM stop the server
-        std::size_t max_connections = 256;
+        bool signals = false;            // SIGINT and SIGTERM stop the server, SIGHUP is ignored
+        Limits limits = {};
+        std::vector<std::string> names = {};  // further names of this server in Host and Origin, see AccessPolicy
+        std::string token = {};               // that clients must know; needed beyond the loopback
         std::chrono::milliseconds request_timeout{10'000};  // for one whole request, and between two
         std::chrono::milliseconds idle_timeout{20'000};     // of a WebSocket: pinged after half of it, gone after all
     };
 
-    /// Listens. Throws PortTaken; InputError for an address that cannot be listened on. `session` has not been started
+    /// Listens. Throws PortTaken; InputError for an address that cannot be listened on, or beyond the loopback without a
+    /// token. `session` has not been started
     /// and outlives the server.
     Server(Options options, WebFiles files, Session& session);
     ~Server();

@@ -29,17 +29,20 @@ using namespace std::chrono_literals;
 
 struct Timeouts {
     std::chrono::milliseconds request, idle;
+    static constexpr std::chrono::milliseconds download{3'600'000};  // for one whole recording
     static constexpr std::chrono::milliseconds close{2000};  // for the other side to take part in closing
 };
 
 class WebSocketConnection : public Viewer, public std::enable_shared_from_this<WebSocketConnection> {
  public:
-    WebSocketConnection(Hub& hub, const Timeouts& timeouts, beast::tcp_stream stream)
+    /// authorized: it has shown the token already, or none is needed.
+    WebSocketConnection(Hub& hub, const Timeouts& timeouts, beast::tcp_stream stream, bool authorized)
         : hub_(hub),
           timeouts_(timeouts),
           stream_(std::move(stream)),
           close_deadline_(stream_.get_executor()),
-          client_(hub.new_client()) {}
+          client_(hub.new_client()),
+          authorized_(authorized) {}
 
     void accept(const http::request<http::empty_body>& request) {
         beast::get_lowest_layer(stream_).expires_never();  // the WebSocket has timeouts of its own
@@ -57,7 +60,7 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
         stream_.async_accept(request, [self = shared_from_this()](Error error) {
             if (error) return self->finish();
             self->open_ = true;
-            self->hub_.add_viewer(self);
+            self->enter();
             self->read();
             if (self->hub_.shutting_down()) self->shut_down();
         });
@@ -72,6 +75,7 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
         std::optional<OutgoingMessage> message = outbox.next();
         if (!message) return;
         writing_ = true;
+        hub_.metrics.bytes_sent += message->bytes->size();
         stream_.text(message->text);
         const auto bytes = asio::buffer(*message->bytes);
         stream_.async_write(bytes,
@@ -90,9 +94,42 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
     }
 
  private:
+    static constexpr auto wrong_token = static_cast<websocket::close_code>(4001);
+
+    /// Becomes a viewer, or is turned away, or is asked for the token first.
+    void enter() {
+        if (hub_.viewer_count() >= hub_.limits.clients) {
+            ++hub_.metrics.refused_connections;
+            return close(websocket::close_code::try_again_later, "there are too many clients");
+        }
+        if (hub_.connections_of(address) > hub_.limits.connections_per_address) {
+            ++hub_.metrics.refused_connections;
+            return close(websocket::close_code::try_again_later, "there are too many clients from this address");
+        }
+        if (authorized_) return hub_.add_viewer(shared_from_this());
+        close_deadline_.expires_after(timeouts_.request);
+        close_deadline_.async_wait([weak = weak_from_this()](Error error) {
+            const auto self = weak.lock();
+            if (!error && self && !self->authorized_) self->close(wrong_token, "a token is needed");
+        });
+    }
+
+    void show_token(const ParsedCommand& parsed) {
+        const auto* command = std::get_if<Command>(&parsed.result);
+        const auto* token = command ? std::get_if<command::Token>(command) : nullptr;
+        if (!token || !hub_.access.token_matches(token->value)) {
+            ++hub_.metrics.errors["token"];
+            return close(wrong_token, token ? "the token is wrong" : "a token is needed");
+        }
+        authorized_ = true;
+        close_deadline_.cancel();
+        hub_.add_viewer(shared_from_this());
+        answer(parsed.id, std::nullopt);
+    }
+
     void read() {
         // Of a message that is too large only the fact is kept.
-        const std::size_t room = max_message_bytes + 1 - buffer_.size();
+        const std::size_t room = hub_.limits.message_bytes + 1 - buffer_.size();
         stream_.async_read_some(buffer_, room, [self = shared_from_this()](Error error, std::size_t) {
             if (error) return self->finish();
             self->on_part();
@@ -100,7 +137,7 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
     }
 
     void on_part() {
-        if (buffer_.size() > max_message_bytes) {
+        if (buffer_.size() > hub_.limits.message_bytes) {
             too_large_ = true;
             buffer_.clear();
         }
@@ -113,13 +150,25 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
     }
 
     void on_message() {
-        if (too_large_) return answer(std::nullopt, CommandError{"too_large", "", "is larger than 64 KiB"});
-        if (!stream_.got_text()) return answer(std::nullopt, CommandError{"malformed", "", "is not a text message"});
+        ++hub_.metrics.commands;
         const auto data = buffer_.data();
-        ParsedCommand parsed = parse_command({static_cast<const char*>(data.data()), data.size()});
-        if (!within_rate())
-            return answer(parsed.id, CommandError{"too_many", "", "more than 1000 commands within a second"});
-        if (const auto* error = std::get_if<CommandError>(&parsed.result)) return answer(parsed.id, *error);
+        ParsedCommand parsed =
+            too_large_ ? refusal("too_large", "is larger than " + std::to_string(hub_.limits.message_bytes) + " bytes")
+            : !stream_.got_text() ? refusal("malformed", "is not a text message")
+                                  : parse_command({static_cast<const char*>(data.data()), data.size()});
+        if (!authorized_) return show_token(parsed);
+        const bool within = within_rate();
+        if (const auto* error = std::get_if<CommandError>(&parsed.result); error && within) return answer(parsed.id, *error);
+        const auto* command = std::get_if<Command>(&parsed.result);
+        if (command && std::holds_alternative<command::Acknowledge>(*command)) {
+            outbox.acknowledge(std::get<command::Acknowledge>(*command).frame);
+            return flush();
+        }
+        if (!within)
+            return answer(parsed.id, CommandError{"too_many", "",
+                                                  "more than " + std::to_string(hub_.limits.messages_per_second) +
+                                                      " commands within a second"});
+        if (answered_here(parsed.id.value_or(0), *command)) return;
         hub_.session.submit(
             client_, std::move(std::get<Command>(parsed.result)),
             [weak = weak_from_this(), id = parsed.id, executor = stream_.get_executor()](const auto& error) {
@@ -129,7 +178,32 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
             });
     }
 
+    static ParsedCommand refusal(const char* code, const std::string& message) {
+        return {std::nullopt, CommandError{code, "", message}};
+    }
+
+    /// What needs no simulation.
+    bool answered_here(std::int64_t id, const Command& command) {
+        const Library& library = hub_.session.settings().library;
+        if (const auto* colouring = std::get_if<command::Colouring>(&command)) {
+            outbox.set_field(colouring->field);
+            hub_.show_fields();
+            push(ok_reply(id));
+        } else if (std::holds_alternative<command::Token>(command)) {
+            push(ok_reply(id));
+        } else if (std::holds_alternative<command::Scenes>(command)) {
+            push(scenes_reply(id, library.scenes()));
+        } else if (std::holds_alternative<command::Recordings>(command)) {
+            push(recordings_reply(id, library.recordings()));
+        } else {
+            return false;
+        }
+        flush();
+        return true;
+    }
+
     void answer(std::optional<std::int64_t> id, const std::optional<CommandError>& error) {
+        if (error) ++hub_.metrics.errors[error->code];
         push(error ? error_reply(id, *error) : ok_reply(id.value_or(0)));
         flush();
     }
@@ -140,7 +214,7 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
             rate_since_ = now;
             rate_count_ = 0;
         }
-        return ++rate_count_ <= max_commands_per_second;
+        return ++rate_count_ <= hub_.limits.messages_per_second;
     }
 
     /// The closing handshake; a client that does not take part in it is dropped.
@@ -165,7 +239,6 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
     }
 
     static constexpr std::size_t hard_message_limit = 1024 * 1024;  // a message above closes the connection with 1009
-    static constexpr int max_commands_per_second = 1000;
 
     Hub& hub_;
     Timeouts timeouts_;
@@ -173,6 +246,7 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
     asio::steady_timer close_deadline_;
     ClientId client_;
     beast::flat_buffer buffer_;
+    bool authorized_;
     bool open_ = false, writing_ = false, closing_ = false, too_large_ = false;
     std::chrono::steady_clock::time_point rate_since_{};
     int rate_count_ = 0;

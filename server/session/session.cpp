@@ -1,7 +1,7 @@
 #include "server/session/session.hpp"
 
+#include "engine/base/atomic_file.hpp"
 #include "engine/base/error.hpp"
-#include "engine/base/overloaded.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -16,7 +16,6 @@ constexpr auto frame_interval = 15ms;  // a little under 1/60 s, so that 60 step
 constexpr auto state_interval = 100ms;
 constexpr auto rate_window = 500ms;
 constexpr auto largest_lag = 50ms;  // more than this behind real time is dropped
-constexpr int largest_backlog = 100'000;
 
 struct BuildStopped {};  // thrown through build_model() by its progress callback
 
@@ -30,15 +29,12 @@ std::string text_of(const std::exception_ptr& error) {
     }
 }
 
-/// The client's number made unique among all clients; `pull` is below 2^31.
-std::uint64_t pull_name(ClientId client, std::uint32_t pull) { return (std::uint64_t{client} << 31) | pull; }
-
 }  // namespace
 
-Session::Session(Scene scene, bool playing, CacheSettings cache)
-    : scene_(std::move(scene)), cache_(std::move(cache)), playing_(playing) {}
-Session::Session(Recording recording, bool playing)
-    : recording_(std::make_shared<Recording>(std::move(recording))), playing_(playing) {}
+Session::Session(Scene scene, bool playing, Settings settings)
+    : settings_(std::move(settings)), scene_(std::move(scene)), playing_(playing) {}
+Session::Session(Recording recording, bool playing, Settings settings)
+    : settings_(std::move(settings)), recording_(std::make_shared<Recording>(std::move(recording))), playing_(playing) {}
 
 Session::~Session() { stop(); }
 
@@ -86,6 +82,12 @@ void Session::capture(Field field, std::function<void(std::shared_ptr<const Fram
     use(nullptr);
 }
 
+void Session::show_fields(std::set<Field> fields) {
+    const std::lock_guard lock(mutex_);
+    queue_.push_back({0, ShowFields{std::move(fields)}, {}});
+    wake_.notify_all();
+}
+
 void Session::disconnect(ClientId client) {
     const std::lock_guard lock(mutex_);  // not subject to max_queue: it must not get lost, and comes once per client
     queue_.push_back({client, Disconnect{}, {}});
@@ -103,26 +105,18 @@ void Session::run() {
         step_if_due();
         publish_if_due();
     }
+    stop_recording();  // completes its file
 }
 
 bool Session::build() {
     try {
         if (scene_) {
-            const Progress progress = [this](const std::string& what, double fraction) {
-                {
-                    const std::lock_guard lock(mutex_);
-                    if (stopping_) throw BuildStopped{};
-                }
-                if (listener_.progress) listener_.progress(what, fraction);
-            };
-            const auto model = build_model(*scene_, progress, cache_);
-            make_stage_ = [model] { return play_simulation(model); };
-            model_ = std::make_shared<const SessionModel>(session_model(*model));
+            build_scene(*scene_);
         } else {
             make_stage_ = [this] { return play_recording(recording_); };
             model_ = std::make_shared<const SessionModel>(session_model(*recording_));
+            stage_ = make_stage_();
         }
-        stage_ = make_stage_();
     } catch (const BuildStopped&) {
         return false;
     } catch (...) {
@@ -136,10 +130,35 @@ bool Session::build() {
     return true;
 }
 
+void Session::build_scene(const Scene& scene) {
+    const Progress progress = [this](const std::string& what, double fraction) {
+        {
+            const std::lock_guard lock(mutex_);
+            if (stopping_) throw BuildStopped{};
+        }
+        note_busy();
+        if (listener_.progress) listener_.progress(what, fraction);
+    };
+    note_busy();
+    const auto model = build_model(scene, progress, settings_.cache);
+    auto session = std::make_shared<const SessionModel>(session_model(*model));
+    stage_ = play_simulation(model);
+    make_stage_ = [model] { return play_simulation(model); };
+    model_ = std::move(session);
+}
+
+void Session::note_busy() { busy_since_ = Clock::now().time_since_epoch().count(); }
+
+double Session::busy_for() const {
+    const std::int64_t since = busy_since_;
+    return since == 0 ? 0 : std::chrono::duration<double>(Clock::now().time_since_epoch() - Clock::duration(since)).count();
+}
+
 /// Sleeps until there is something to do; false: stop. What waits is moved to `requests`.
 bool Session::take_requests(std::vector<Request>& requests) {
     const auto until = deadline();
     bool stopping = false;
+    busy_since_ = 0;
     {
         std::unique_lock lock(mutex_);
         const auto ready = [this] { return stopping_ || !queue_.empty(); };
@@ -150,6 +169,7 @@ bool Session::take_requests(std::vector<Request>& requests) {
         stopping = stopping_;
         std::swap(requests, queue_);
     }
+    note_busy();
     if (!stopping) return true;
     for (Request& request : requests) {
         if (const auto* capture = std::get_if<Capture>(&request.what)) capture->use(nullptr);
@@ -174,14 +194,23 @@ void Session::apply(Request& request) {
     if (std::holds_alternative<Disconnect>(request.what)) {
         const auto pulls = pulls_.extract(request.client);
         if (!pulls || !stage_) return;
-        for (const std::uint32_t pull : pulls.mapped()) stage_->end_pull(pull_name(request.client, pull));
+        for (const std::uint32_t pull : pulls.mapped()) stage_->end_pull(pull_id(request.client, pull));
         frame_dirty_ = true;
         return;
     }
     if (const auto* wanted = std::get_if<Capture>(&request.what)) return capture(*wanted);
+    if (auto* shown = std::get_if<ShowFields>(&request.what)) {
+        fields_ = std::move(shown->fields);
+        frame_dirty_ = true;
+        return;
+    }
     std::optional<CommandError> error;
     try {
         error = apply(request.client, std::get<Command>(request.what));
+    } catch (const BuildStopped&) {
+        error = CommandError{"failed", "", "the server is shutting down"};
+    } catch (const OutputError& e) {
+        error = CommandError{"failed", "", e.what()};
     } catch (const InputError& e) {
         error = CommandError{"failed", e.where, e.problem + (e.remedy.empty() ? "" : "; " + e.remedy)};
     } catch (...) {
@@ -201,94 +230,6 @@ void Session::capture(const Capture& wanted) {
     wanted.use(std::move(frame));
 }
 
-std::optional<CommandError> Session::apply(ClientId client, const Command& command) {
-    if (!model_) return CommandError{"failed", "", failure_};
-    if (std::holds_alternative<command::Reset>(command)) restart();
-    if (!stage_) return CommandError{"failed", "", failure_};
-    frame_dirty_ = state_dirty_ = true;
-
-    using Result = std::optional<CommandError>;
-    const auto set_playing = [&](bool playing) -> Result {
-        playing_ = playing;
-        pending_steps_ = 0;
-        rate_since_ = next_step_ = Clock::now();
-        rate_steps_ = 0;
-        state_.steps_per_second = 0;
-        state_urgent_ = true;
-        return {};
-    };
-    return std::visit(
-        Overloaded{[&](const command::Play&) { return playing_ ? Result{} : set_playing(true); },
-                   [&](const command::Pause&) { return set_playing(false); },
-                   [&](const command::Reset&) -> Result {
-                       state_urgent_ = true;
-                       return {};
-                   },
-                   [&](const command::Step& step) -> Result {
-                       if (playing_) return CommandError{"failed", "", "the simulation is playing; pause it first"};
-                       if (pending_steps_ + step.count > largest_backlog)
-                           return CommandError{"too_many", "/count", "too many steps are waiting already"};
-                       pending_steps_ += step.count;
-                       return {};
-                   },
-                   [&](const command::Speed& speed) -> Result {
-                       speed_ = speed.value;
-                       next_step_ = Clock::now();
-                       state_urgent_ = true;
-                       return {};
-                   },
-                   [&](const command::PullBegin& pull) -> Result {
-                       const std::size_t triangles = model_->frame_model->triangles.size();
-                       if (pull.point.triangle >= triangles)
-                           return CommandError{"out_of_range", "/triangle",
-                                               "is " + std::to_string(pull.point.triangle) + "; use 0.." +
-                                                   std::to_string(triangles - 1)};
-                       auto& mine = pulls_[client];
-                       if (mine.size() >= max_client_pulls && !mine.contains(pull.pull))
-                           return CommandError{"too_many", "/pull",
-                                               "a client pulls at most " + std::to_string(max_client_pulls) +
-                                                   " points at a time; end another pull first"};
-                       stage_->begin_pull(pull_name(client, pull.pull), pull.point, pull.target);
-                       mine.insert(pull.pull);
-                       return {};
-                   },
-                   [&](const command::PullMove& pull) -> Result {
-                       // A pull that a reset has ended is no error: another client may have sent the reset.
-                       stage_->move_pull(pull_name(client, pull.pull), pull.target);
-                       return {};
-                   },
-                   [&](const command::PullEnd& pull) -> Result {
-                       stage_->end_pull(pull_name(client, pull.pull));
-                       pulls_[client].erase(pull.pull);
-                       return {};
-                   },
-                   [&](const command::Gravity& gravity) -> Result {
-                       stage_->set_gravity(gravity.value);
-                       gravity_ = gravity.value;
-                       state_urgent_ = true;
-                       return {};
-                   },
-                   [&](const command::Seek& seek) -> Result {
-                       stage_->seek(seek.time);
-                       next_step_ = Clock::now();
-                       state_urgent_ = true;
-                       return {};
-                   },
-                   [&](const command::Tolerance& tolerance) -> Result {
-                       stage_->set_tolerance(tolerance.value);
-                       tolerance_ = tolerance.value;
-                       state_urgent_ = true;
-                       return {};
-                   },
-                   [&](const command::Budget& budget) -> Result {
-                       stage_->set_budget(static_cast<std::size_t>(budget.tets), budget.milliseconds);
-                       budget_ = budget;
-                       return {};
-                   },
-                   [&](const auto&) -> Result { return CommandError{"failed", "", "is not possible here"}; }},
-        command);
-}
-
 void Session::step_if_due() {
     if (!stage_ || !stepping()) return;
     if (playing_ && Clock::now() < next_step_) return;
@@ -305,6 +246,8 @@ void Session::step_if_due() {
         return;
     }
     frame_dirty_ = state_dirty_ = true;
+    ++state_.steps;
+    record();
     if (playing_) {
         next_step_ +=
             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(model_->scene.time_step / speed_));
@@ -336,6 +279,13 @@ void Session::publish_if_due() {
     state_.playing = playing_;
     state_.speed = speed_;
     state_.gravity = gravity_.value_or(model_ ? model_->scene.gravity : Vec3::Zero());
+    if (model_) {
+        const FrontSpec& front = model_->scene.front;
+        state_.order = order_.value_or(front.order);
+        state_.budget = budget_.value_or(command::Budget{front.budget_tets, front.budget_milliseconds});
+    }
+    state_.edits = edits_;
+    if (recorder_) state_.recording = recorder_->status();
     if (listener_.state) listener_.state(state_);
 }
 
@@ -347,7 +297,11 @@ void Session::publish_frame() {
         const std::shared_ptr<const Frame> frame = stage_->frame(state_.steps_per_second, Field::none);
         state_.status = frame->status;
         state_.tets_by_level = frame->topology->tets_by_level;
-        if (listener_.frame) listener_.frame(frame);
+        Shots shots{frame, {}};
+        for (const Field field : fields_)
+            if (auto coloured = stage_->frame(state_.steps_per_second, field); !coloured->field_values.empty())
+                shots.coloured.push_back(std::move(coloured));
+        if (listener_.frame) listener_.frame(shots);
     } catch (...) {
         break_down(text_of(std::current_exception()));
     }
@@ -357,14 +311,13 @@ void Session::publish_frame() {
 void Session::restart() {
     pulls_.clear();
     pending_steps_ = 0;
+    stop_recording();
     try {
         if (stage_) {
             stage_->reset();
         } else {
             stage_ = make_stage_();
-            if (gravity_) stage_->set_gravity(*gravity_);
-            if (tolerance_) stage_->set_tolerance(*tolerance_);
-            if (budget_) stage_->set_budget(static_cast<std::size_t>(budget_->tets), budget_->milliseconds);
+            apply_settings();
         }
     } catch (...) {
         break_down(text_of(std::current_exception()));
@@ -378,6 +331,7 @@ void Session::restart() {
 
 /// A bug or a lack of memory: the simulation is given up, the session lives on and says so.
 void Session::break_down(const std::string& what) {
+    stop_recording();
     stage_.reset();
     failure_ = "the simulation failed: " + what + "; reset to start again";
     std::ranges::replace(failure_, '\n', ' ');

@@ -14,7 +14,11 @@
 #include "engine/simulation/frame.hpp"
 #include "engine/simulation/simulation.hpp"
 #include "server/session/command.hpp"
+#include "server/session/library.hpp"
+#include "server/session/live_recording.hpp"
 #include "server/session/stage.hpp"
+
+#include <atomic>
 
 #include <chrono>
 #include <condition_variable>
@@ -42,6 +46,26 @@ struct SessionState {
     FrameStatus status;
     std::vector<std::uint32_t> tets_by_level;  // [depth+1]
     Vec3 gravity = Vec3::Zero();               // [m/s^2]
+    int order = 2;
+    Edits edits;
+    command::Budget budget;
+    RecordingStatus recording;
+    std::uint64_t steps = 0;  // since the session started, resets and loads included
+};
+
+/// A client's pull made unique among all clients; `pull` is below 2^31.
+inline std::uint64_t pull_id(ClientId client, std::uint32_t pull) { return (std::uint64_t{client} << 31) | pull; }
+
+/// What is published of one moment.
+struct Shots {
+    std::shared_ptr<const Frame> frame;                    // without values
+    std::vector<std::shared_ptr<const Frame>> coloured;    // the same moment, one for each field that is wanted
+};
+
+struct SessionSettings {
+    CacheSettings cache = {};  // for build_model; its warnings come on the simulation thread
+    Library library = {};      // scenes that may be loaded, and where recordings are kept
+    std::uint64_t recording_bytes = std::uint64_t{1} << 30;  // of one recording
 };
 
 class Session {
@@ -50,8 +74,8 @@ class Session {
     /// not throw. Any may be empty.
     struct Listener {
         Progress progress = {};                                        // while the model is being built
-        std::function<void(std::shared_ptr<const SessionModel>)> model = {};  // once, before the first frame
-        std::function<void(std::shared_ptr<const Frame>)> frame = {};  // at most about 60 a second
+        std::function<void(std::shared_ptr<const SessionModel>)> model = {};  // before the first frame, and of each scene
+        std::function<void(const Shots&)> frame = {};                  // at most about 60 a second
         std::function<void(const SessionState&)> state = {};           // on a change, and 10 a second while stepping
         std::function<void(std::exception_ptr)> build_failed = {};     // no model, frame or state will come
     };
@@ -62,9 +86,9 @@ class Session {
     static constexpr std::size_t max_queue = 4096;  // commands that wait for the end of a step
     static constexpr std::size_t max_client_pulls = 16;
 
-    /// cache: for build_model; its warnings come on the simulation thread.
-    Session(Scene scene, bool playing, CacheSettings cache = {});
-    Session(Recording recording, bool playing);
+    using Settings = SessionSettings;
+    Session(Scene scene, bool playing, Settings settings = {});
+    Session(Recording recording, bool playing, Settings settings = {});
     ~Session();  // stop()
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
@@ -81,6 +105,11 @@ class Session {
     void capture(Field field, std::function<void(std::shared_ptr<const Frame>)> use);
     /// Any thread. Ends the client's pulls.
     void disconnect(ClientId client);
+    /// Any thread. Frames come with these fields from now on.
+    void show_fields(std::set<Field> fields);
+    /// Any thread. [s] that the simulation thread has been busy with one thing: a step, a stage of a build. 0: it waits.
+    [[nodiscard]] double busy_for() const;
+    [[nodiscard]] const Settings& settings() const { return settings_; }
 
  private:
     using Clock = std::chrono::steady_clock;
@@ -89,21 +118,34 @@ class Session {
         Field field;
         std::function<void(std::shared_ptr<const Frame>)> use;
     };
+    struct ShowFields {
+        std::set<Field> fields;
+    };
     struct Request {
         ClientId client;
-        std::variant<Command, Disconnect, Capture> what;
+        std::variant<Command, Disconnect, Capture, ShowFields> what;
         Reply reply;
     };
 
     // All below run on the simulation thread.
     void run();
     bool build();
+    /// Throws what build_model does, and BuildStopped.
+    void build_scene(const Scene& scene);
+    void note_busy();
     bool take_requests(std::vector<Request>& requests);
     [[nodiscard]] std::optional<Clock::time_point> deadline() const;
     [[nodiscard]] bool stepping() const { return playing_ || pending_steps_ > 0; }
     void apply(Request& request);
     void capture(const Capture& wanted);
     std::optional<CommandError> apply(ClientId client, const Command& command);
+    void apply_settings();
+    void edit(const std::function<void(Edits&)>& change);
+    std::optional<CommandError> load(const command::Load& wanted);
+    std::optional<CommandError> start_recording(const command::RecordStart& wanted);
+    void stop_recording();
+    void set_playing(bool playing);
+    void record();
     void step_if_due();
     void publish_if_due();
     void publish_frame();
@@ -111,8 +153,9 @@ class Session {
     void restart();
     void break_down(const std::string& what);
 
+    const Settings settings_;
     std::optional<Scene> scene_;  // to build; none: play recording_
-    CacheSettings cache_;
+    std::atomic<std::int64_t> busy_since_{0};  // [ns] of Clock; 0: not busy
     std::shared_ptr<Recording> recording_;
     Listener listener_;
     std::thread thread_;
@@ -131,6 +174,10 @@ class Session {
     std::optional<Vec3> gravity_;  // set by a command: survives a restart
     std::optional<double> tolerance_;
     std::optional<command::Budget> budget_;
+    std::optional<int> order_;
+    Edits edits_;
+    std::set<Field> fields_;
+    std::unique_ptr<LiveRecording> recorder_;
     bool playing_;
     double speed_ = 1;
     int pending_steps_ = 0;

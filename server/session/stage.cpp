@@ -33,6 +33,8 @@ class SimulationStage : public Stage {
     void set_budget(std::size_t tets, double milliseconds) override { simulation_.set_budget(tets, milliseconds); }
     [[nodiscard]] std::string save_state() const override { return simulation_.snapshot(); }
     void restore_state(std::string_view state, const std::string& name) override { simulation_.restore(state, name); }
+    void set_order(int order) override { simulation_.set_order(order); }
+    void set_edits(const Edits& edits) override { simulation_.set_edits(edits); }
 
  private:
     Simulation simulation_;
@@ -82,6 +84,8 @@ void Stage::set_tolerance(double) { refuse(); }
 void Stage::set_budget(std::size_t, double) { refuse(); }
 std::string Stage::save_state() const { refuse(); }
 void Stage::restore_state(std::string_view, const std::string&) { refuse(); }
+void Stage::set_order(int) { refuse(); }
+void Stage::set_edits(const Edits&) { refuse(); }
 
 std::unique_ptr<Stage> play_simulation(const std::shared_ptr<const Model>& model) {
     return std::make_unique<SimulationStage>(model);

@@ -52,6 +52,8 @@ class Stage {
     [[nodiscard]] virtual std::string save_state() const;
     /// Also throws InputError for bytes that are no state of this model, and changes nothing then.
     virtual void restore_state(std::string_view state, const std::string& name);
+    virtual void set_order(int order);
+    virtual void set_edits(const Edits& edits);
 };
 
 std::unique_ptr<Stage> play_simulation(const std::shared_ptr<const Model>& model);

@@ -9,7 +9,8 @@ namespace {
 
 std::shared_ptr<const Moment> moment(std::uint16_t generation, std::uint32_t epoch, int sequence) {
     return std::make_shared<Moment>(Moment{generation, epoch, share("M" + std::to_string(generation)),
-                                           share("T" + std::to_string(epoch)), share("F" + std::to_string(sequence))});
+                                           share("T" + std::to_string(epoch)), share("F" + std::to_string(sequence)),
+                                           static_cast<std::uint32_t>(sequence), {}});
 }
 
 std::string next(Outbox& outbox) {
@@ -27,7 +28,7 @@ using Messages = std::vector<std::string>;
 
 TEST(Outbox, NewcomerGetsHelloModelTopologyFrameState) {
     Outbox outbox;
-    outbox.set_state(share("state"));
+    outbox.set(Outbox::Slot::state, share("state"));
     outbox.show(moment(1, 5, 9));
     ASSERT_TRUE(outbox.push("hello"));
     EXPECT_EQ(drain(outbox), (Messages{"hello", "M1", "T5", "F9", "state"}));
@@ -63,14 +64,82 @@ TEST(Outbox, SlowClientGetsFramesEvenWhenEveryFrameHasANewTopology) {
 
 TEST(Outbox, NewestStateOvertakesFramesButNotTheFirst) {
     Outbox outbox;
-    outbox.set_state(share("s1"));
+    outbox.set(Outbox::Slot::state, share("s1"));
     EXPECT_EQ(next(outbox), "-");
     outbox.show(moment(1, 1, 1));
     EXPECT_EQ(drain(outbox), (Messages{"M1", "T1", "F1", "s1"}));
     outbox.show(moment(1, 1, 2));
-    outbox.set_state(share("s2"));
-    outbox.set_state(share("s3"));
+    outbox.set(Outbox::Slot::state, share("s2"));
+    outbox.set(Outbox::Slot::state, share("s3"));
     EXPECT_EQ(drain(outbox), (Messages{"s3", "F2"}));
+}
+
+TEST(Outbox, AClientThatAcknowledgesHasTwoFramesInFlight) {
+    Outbox outbox;
+    const auto show = [&](int sequence) { outbox.show(moment(1, 1, sequence)); };
+    for (int i = 1; i <= 5; ++i) show(i), drain(outbox);
+    EXPECT_EQ(outbox.statistics().in_flight, 0U) << "it has not acknowledged any yet";
+    outbox.acknowledge(4);
+    EXPECT_EQ(outbox.statistics().in_flight, 1U);
+    show(6);
+    EXPECT_EQ(drain(outbox), (Messages{"F6"}));
+    show(7), show(8);
+    EXPECT_EQ(drain(outbox), (Messages{}));
+    EXPECT_EQ(outbox.statistics().in_flight, 2U);
+    outbox.acknowledge(99);
+    outbox.acknowledge(4);
+    EXPECT_EQ(drain(outbox), (Messages{})) << "what is not in flight is ignored";
+    outbox.acknowledge(5);
+    EXPECT_EQ(drain(outbox), (Messages{"F8"}));
+    EXPECT_EQ(outbox.statistics().sent, 7U);
+    EXPECT_EQ(outbox.statistics().dropped, 1U);
+}
+
+TEST(Outbox, ASleepingClientStillGetsAnswersAndStates) {
+    Outbox outbox;
+    outbox.show(moment(1, 1, 1)), drain(outbox);
+    outbox.acknowledge(1);
+    for (int i = 2; i < 10; ++i) outbox.show(moment(1, 1, i)), drain(outbox);
+    outbox.show(moment(1, 1, 10));
+    outbox.set(Outbox::Slot::state, share("state"));
+    ASSERT_TRUE(outbox.push("ok"));
+    EXPECT_EQ(drain(outbox), (Messages{"ok", "state"}));
+}
+
+TEST(Outbox, MeasuresTheRoundTrip) {
+    using namespace std::chrono_literals;
+    Outbox outbox;
+    const Outbox::Clock::time_point start{};
+    outbox.show(moment(1, 1, 1));
+    while (outbox.next(start)) {
+    }
+    EXPECT_FALSE(outbox.statistics().round_trip);
+    outbox.acknowledge(1, start + 250ms);
+    EXPECT_EQ(outbox.statistics().round_trip, 0.25);
+}
+
+TEST(Outbox, SendsTheFieldThatTheClientWants) {
+    Outbox outbox;
+    Moment coloured = *moment(1, 1, 1);
+    coloured.coloured[Field::stress] = share("stress");
+    outbox.set_field(Field::stress);
+    outbox.show(std::make_shared<Moment>(coloured));
+    EXPECT_EQ(drain(outbox), (Messages{"M1", "T1", "stress"}));
+    outbox.show(moment(1, 1, 2));
+    EXPECT_EQ(drain(outbox), (Messages{"F2"})) << "a moment without the values";
+}
+
+TEST(Outbox, ANewHelloForgetsAllFromBeforeButAnswers) {
+    Outbox outbox;
+    outbox.show(moment(1, 1, 1)), drain(outbox);
+    outbox.show(moment(1, 2, 2));
+    EXPECT_EQ(next(outbox), "T2");
+    outbox.set(Outbox::Slot::state, share("old"));
+    ASSERT_TRUE(outbox.push("ok"));
+    outbox.restart();
+    ASSERT_TRUE(outbox.push("hello"));
+    outbox.show(moment(2, 1, 3));
+    EXPECT_EQ(drain(outbox), (Messages{"ok", "hello", "M2", "T1", "F3"}));
 }
 
 TEST(Outbox, AnswersAreOrderedAndBounded) {

@@ -39,7 +39,42 @@ SessionState sample_state() {
             .steps_per_second = 59.5,
             .status = sample_frame()->status,
             .tets_by_level = sample_frame()->topology->tets_by_level,
-            .gravity = {0, 0, -9.75}};
+            .gravity = {0, 0, -9.75},
+            .order = 2,
+            .edits = {.stiffness_scale = 2,
+                      .mass_damping = 0.5,
+                      .stiffness_damping = 0.25,
+                      .pins = {{true, {1, {0.5, 0.25, 0.25}}, 0.125}, {false, {0, {1, 0, 0}}, 2}},
+                      .forces = {{7, {{1, {0, 0.5, 0.5}}, {0, 0, -5}}}}},
+            .budget = {.tets = 5000, .milliseconds = 0},
+            .recording = {},
+            .steps = 75};
+}
+
+std::shared_ptr<Frame> coloured_frame() {
+    auto frame = sample_frame();
+    frame->field = Field::stress;
+    frame->field_values = {0, 1000, 2000, 4000, 3000};
+    return frame;
+}
+
+std::string hello_of(const SessionModel& model, const SessionState& state) {
+    return hello_event(model, state, 1, {.recording_bytes = 1 << 30}, {"acknowledge", "colouring", "edit"});
+}
+
+TEST(Protocol, ValuesOfAColouredFrameRoundTrip) {
+    const auto frame = coloured_frame();
+    const std::string plain = encode_frame(*sample_frame(), 1, 42), bytes = encode_frame(*frame, 1, 42);
+    EXPECT_EQ(at<std::uint8_t>(bytes, 0), 4);
+    EXPECT_EQ(bytes.substr(1, plain.size() - 1), plain.substr(1)) << "begins as the frame without values does";
+    EXPECT_EQ(at<std::uint32_t>(bytes, plain.size()), 3U);
+    EXPECT_EQ(at<float>(bytes, plain.size() + 4), 4000);
+    EXPECT_EQ(at<float>(bytes, plain.size() + 8), field_high(frame->field_values));
+    for (std::size_t i = 0; i < 5; ++i)
+        EXPECT_NEAR(4000.0 * at<std::uint16_t>(bytes, plain.size() + 12 + 2 * i) / 65535, frame->field_values[i], 0.04);
+    EXPECT_EQ(bytes.size(), plain.size() + 12 + 12);
+    frame->field_values = {NAN, 0, -1, INFINITY, 0};
+    EXPECT_EQ(at<float>(encode_frame(*frame, 1, 42), plain.size() + 4), 0);
 }
 
 TEST(Protocol, BytesAreGolden) {
@@ -47,10 +82,12 @@ TEST(Protocol, BytesAreGolden) {
     expect_golden("model_v1.bin", encode_model(*frame->model, 1));
     expect_golden("topology_v1.bin", encode_topology(*frame->topology, frame->front_positions.size(), 1));
     expect_golden("frame_v1.bin", encode_frame(*frame, 1, 42));
-    auto hello = nlohmann::ordered_json::parse(hello_event({.scene = sample_scene(), .frame_model = frame->model, .floor = {}, .recorded = {}}, sample_state()));
+    auto hello = nlohmann::ordered_json::parse(hello_of({.scene = sample_scene(), .frame_model = frame->model, .floor = {}, .recorded = {}}, sample_state()));
     hello["version"] = "1.2.3";  // not a release's
     expect_golden("hello_v1.json", hello.dump());
     expect_golden("state_v1.json", state_event(sample_state(), 2));
+    expect_golden("settings_v1.json", settings_event(sample_state()));
+    expect_golden("coloured_frame_v1.bin", encode_frame(*coloured_frame(), 1, 42));
 }
 
 TEST(Protocol, HeaderIsAsDocumented) {
@@ -111,7 +148,7 @@ TEST(Protocol, HelloHasACameraThatSeesTheWholeBox) {
     for (const int up : {0, 1, 2}) {
         FrameModel model = *sample_frame()->model;
         model.up = up;
-        const auto view = nlohmann::json::parse(hello_event({.scene = scene, .frame_model = std::make_shared<FrameModel>(model), .floor = {}, .recorded = {}}, sample_state()))["view"];
+        const auto view = nlohmann::json::parse(hello_of({.scene = scene, .frame_model = std::make_shared<FrameModel>(model), .floor = {}, .recorded = {}}, sample_state()))["view"];
         Vec3 eye, target;
         for (int i = 0; i < 3; ++i) eye[i] = view["eye"][i], target[i] = view["target"][i];
         EXPECT_EQ(target, Vec3(0.5, 1, 2));
@@ -130,7 +167,7 @@ TEST(Protocol, EventsAreValidJsonWhateverTheTexts) {
     SessionState state = sample_state();
     state.status.estimate = std::numeric_limits<double>::quiet_NaN();
     state.status.warning = "\xc3";
-    const auto hello = nlohmann::json::parse(hello_event({.scene = scene, .frame_model = sample_frame()->model, .floor = {}, .recorded = {}}, state));
+    const auto hello = nlohmann::json::parse(hello_of({.scene = scene, .frame_model = sample_frame()->model, .floor = {}, .recorded = {}}, state));
     EXPECT_EQ(hello["type"], "hello");
     EXPECT_EQ(hello["protocol"], 1);
     EXPECT_EQ(hello["limits"]["message_bytes"], 65536);

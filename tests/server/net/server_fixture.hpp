@@ -43,9 +43,9 @@ class ServerTest : public testing::Test {
     }
     ~ServerTest() override { stop(); }
 
-    void start(bool playing = false, Server::Options options = {}, Scene scene = box_scene()) {
+    void start(bool playing = false, Server::Options options = {}, Scene scene = box_scene(), Session::Settings settings = {}) {
         options.port = 0;
-        session_ = std::make_unique<Session>(std::move(scene), playing);
+        session_ = std::make_unique<Session>(std::move(scene), playing, std::move(settings));
         server_ = std::make_unique<Server>(options, load_web_files(web_.path()), *session_);
         thread_ = std::thread([this] {
             try {

@@ -1,79 +1,12 @@
 // A small Beast client against a server with a real session: WebSocket, start and stop.
 
+#include "tests/server/net/client.hpp"
 #include "tests/server/net/server_fixture.hpp"
 
 #include "server/net/outbox.hpp"
 
-#include <boost/beast/websocket.hpp>
-
 namespace tetfront {
 namespace {
-
-namespace websocket = beast::websocket;
-
-struct Message {
-    bool text;
-    std::string bytes;
-    Json json;  // of a text
-    [[nodiscard]] int type() const { return text ? 0 : bytes[0]; }
-    template <class T>
-    [[nodiscard]] T at(std::size_t offset) const {
-        T value;
-        std::memcpy(&value, bytes.data() + offset, sizeof value);
-        return value;
-    }
-};
-
-struct Join {
-    std::string origin = {};
-    std::string host = {};  // empty: the right one
-    std::string protocols = "tetfront.v1";
-};
-
-class Client {
- public:
-    Client(tcp::socket socket, std::string host, const Join& join = {}) : stream_(std::move(socket)) {
-        stream_.set_option(websocket::stream_base::decorator([&](websocket::request_type& request) {
-            if (!join.protocols.empty()) request.set(http::field::sec_websocket_protocol, join.protocols);
-            if (!join.origin.empty()) request.set(http::field::origin, join.origin);
-        }));
-        stream_.handshake(response, join.host.empty() ? host : join.host, "/ws", refused);
-    }
-
-    Message read() {
-        beast::flat_buffer buffer;
-        stream_.read(buffer);
-        Message message{stream_.got_text(), beast::buffers_to_string(buffer.data()), {}};
-        if (message.text) message.json = Json::parse(message.bytes);
-        return message;
-    }
-    /// Reads on until a message is as wanted.
-    Message until(const std::function<bool(const Message&)>& wanted) {
-        for (;;)
-            if (Message message = read(); wanted(message)) return message;
-    }
-    Json answer(const Json& id) {
-        return until([&](const Message& m) { return m.text && m.json.contains("id") && m.json["id"] == id; }).json;
-    }
-    void send(std::string_view text) { stream_.text(true), stream_.write(asio::buffer(text)); }
-    Json command(Json message) {
-        send(message.dump());
-        return answer(message["id"]);
-    }
-    /// Reads until the server has closed; the close code.
-    int closed() {
-        Error error;
-        for (beast::flat_buffer buffer; !error; buffer.clear()) stream_.read(buffer, error);
-        return error == websocket::error::closed ? stream_.reason().code : -1;
-    }
-
-    websocket::response_type response;
-    Error refused;
-    websocket::stream<tcp::socket>& stream() { return stream_; }
-
- private:
-    websocket::stream<tcp::socket> stream_;
-};
 
 TEST_F(ServerTest, SendsHelloModelTopologyFrameStateAlsoWhilePaused) {
     start();

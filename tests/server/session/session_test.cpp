@@ -32,9 +32,9 @@ class TestSession {
         session.start({.progress = [this](const std::string& what, double) { note([&] { stages.push_back(what); }); },
                        .model = [this](auto m) { note([&] { model = m; }); },
                        .frame =
-                           [this](auto f) {
+                           [this](const Shots& shots) {
                                note([&] {
-                                   frame = f;
+                                   frame = shots.frame;
                                    ++frames;
                                });
                            },

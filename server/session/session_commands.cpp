@@ -1,0 +1,237 @@
+// What each command does to a session. All of it runs on the simulation thread.
+#include "server/session/session.hpp"
+
+#include "engine/base/error.hpp"
+#include "engine/base/overloaded.hpp"
+
+#include <algorithm>
+#include <ctime>
+#include <utility>
+
+namespace tetfront {
+
+namespace {
+
+constexpr int largest_backlog = 100'000;
+constexpr std::size_t max_forces = 64, max_pins = 256;
+
+/// SCENE-20260131-235959, in UTC.
+std::string dated_name(const std::string& scene) {
+    std::string name;
+    for (const char c : scene.substr(0, 40)) name += is_plain_name(std::string(1, c)) ? c : '-';
+    if (name.empty()) name = "recording";
+    const std::time_t now = std::time(nullptr);
+    std::tm utc{};
+    gmtime_r(&now, &utc);
+    char text[32];
+    const std::size_t length = std::strftime(text, sizeof text, "-%Y%m%d-%H%M%S", &utc);
+    return name + std::string(text, length);
+}
+
+}  // namespace
+
+std::optional<CommandError> Session::apply(ClientId client, const Command& command) {
+    if (!model_) return CommandError{"failed", "", failure_};
+    if (std::holds_alternative<command::Reset>(command)) restart();
+    if (!stage_ && !std::holds_alternative<command::Load>(command)) return CommandError{"failed", "", failure_};
+    frame_dirty_ = state_dirty_ = true;
+
+    using Result = std::optional<CommandError>;
+    return std::visit(
+        Overloaded{[&](const command::Play&) {
+                       if (!playing_) set_playing(true);
+                       return Result{};
+                   },
+                   [&](const command::Pause&) {
+                       set_playing(false);
+                       return Result{};
+                   },
+                   [&](const command::Reset&) -> Result {
+                       state_urgent_ = true;
+                       return {};
+                   },
+                   [&](const command::Step& step) -> Result {
+                       if (playing_) return CommandError{"failed", "", "the simulation is playing; pause it first"};
+                       if (pending_steps_ + step.count > largest_backlog)
+                           return CommandError{"too_many", "/count", "too many steps are waiting already"};
+                       pending_steps_ += step.count;
+                       return {};
+                   },
+                   [&](const command::Speed& speed) -> Result {
+                       speed_ = speed.value;
+                       next_step_ = Clock::now();
+                       state_urgent_ = true;
+                       return {};
+                   },
+                   [&](const command::PullBegin& pull) -> Result {
+                       const std::size_t triangles = model_->frame_model->triangles.size();
+                       if (pull.point.triangle >= triangles)
+                           return CommandError{"out_of_range", "/triangle",
+                                               "is " + std::to_string(pull.point.triangle) + "; use 0.." +
+                                                   std::to_string(triangles - 1)};
+                       auto& mine = pulls_[client];
+                       if (mine.size() >= max_client_pulls && !mine.contains(pull.pull))
+                           return CommandError{"too_many", "/pull",
+                                               "a client pulls at most " + std::to_string(max_client_pulls) +
+                                                   " points at a time; end another pull first"};
+                       stage_->begin_pull(pull_id(client, pull.pull), pull.point, pull.target);
+                       mine.insert(pull.pull);
+                       return {};
+                   },
+                   [&](const command::PullMove& pull) -> Result {
+                       // A pull that a reset has ended is no error: another client may have sent the reset.
+                       stage_->move_pull(pull_id(client, pull.pull), pull.target);
+                       return {};
+                   },
+                   [&](const command::PullEnd& pull) -> Result {
+                       stage_->end_pull(pull_id(client, pull.pull));
+                       pulls_[client].erase(pull.pull);
+                       return {};
+                   },
+                   [&](const command::Gravity& gravity) -> Result {
+                       stage_->set_gravity(gravity.value);
+                       gravity_ = gravity.value;
+                       state_urgent_ = true;
+                       return {};
+                   },
+                   [&](const command::Seek& seek) -> Result {
+                       stage_->seek(seek.time);
+                       next_step_ = Clock::now();
+                       state_urgent_ = true;
+                       return {};
+                   },
+                   [&](const command::Tolerance& tolerance) -> Result {
+                       stage_->set_tolerance(tolerance.value);
+                       tolerance_ = tolerance.value;
+                       state_urgent_ = true;
+                       return {};
+                   },
+                   [&](const command::Budget& budget) -> Result {
+                       stage_->set_budget(static_cast<std::size_t>(budget.tets), budget.milliseconds);
+                       budget_ = budget;
+                       return {};
+                   },
+                   [&](const command::ForceAdd& force) -> Result {
+                       if (edits_.forces.size() >= max_forces && !edits_.forces.contains(force.force))
+                           return CommandError{"too_many", "/force", "there are 64 forces already; remove one first"};
+                       edit([&](Edits& e) { e.forces[force.force] = {force.point, force.value}; });
+                       return {};
+                   },
+                   [&](const command::ForceMove& force) -> Result {
+                       if (!edits_.forces.contains(force.force))
+                           return CommandError{"unknown_name", "/force", "there is no such force; add it first"};
+                       edit([&](Edits& e) {
+                           e.forces[force.force].value = force.value;
+                           if (force.point) e.forces[force.force].at = *force.point;
+                       });
+                       return {};
+                   },
+                   [&](const command::ForceRemove& force) -> Result {
+                       edit([&](Edits& e) { e.forces.erase(force.force); });
+                       return {};
+                   },
+                   [&](const command::Pin& pin) -> Result {
+                       if (edits_.pins.size() >= max_pins)
+                           return CommandError{"too_many", "", "pins were changed 256 times; load the scene to begin anew"};
+                       edit([&](Edits& e) { e.pins.push_back({pin.pinned, pin.point, pin.radius}); });
+                       return {};
+                   },
+                   [&](const command::StiffnessScale& scale) -> Result {
+                       edit([&](Edits& e) { e.stiffness_scale = scale.value; });
+                       return {};
+                   },
+                   [&](const command::Damping& damping) -> Result {
+                       edit([&](Edits& e) { e.mass_damping = damping.mass, e.stiffness_damping = damping.stiffness; });
+                       return {};
+                   },
+                   [&](const command::Order& order) -> Result {
+                       stage_->set_order(order.value);
+                       order_ = order.value;
+                       state_urgent_ = true;
+                       return {};
+                   },
+                   [&](const command::Load& wanted) { return load(wanted); },
+                   [&](const command::RecordStart& wanted) { return start_recording(wanted); },
+                   [&](const command::RecordStop&) -> Result {
+                       stop_recording();
+                       return {};
+                   },
+                   [&](const auto&) -> Result { return CommandError{"failed", "", "is not possible here"}; }},
+        command);
+}
+
+void Session::set_playing(bool playing) {
+    playing_ = playing;
+    pending_steps_ = 0;
+    rate_since_ = next_step_ = Clock::now();
+    rate_steps_ = 0;
+    state_.steps_per_second = 0;
+    state_urgent_ = true;
+}
+
+/// What commands have set, on a stage that is new.
+void Session::apply_settings() {
+    if (gravity_) stage_->set_gravity(*gravity_);
+    if (tolerance_) stage_->set_tolerance(*tolerance_);
+    if (budget_) stage_->set_budget(static_cast<std::size_t>(budget_->tets), budget_->milliseconds);
+    if (order_) stage_->set_order(*order_);
+    if (edits_ != Edits{}) stage_->set_edits(edits_);
+}
+
+void Session::edit(const std::function<void(Edits&)>& change) {
+    Edits wanted = edits_;
+    change(wanted);
+    stage_->set_edits(wanted);  // or throws, and all stays
+    edits_ = std::move(wanted);
+    state_urgent_ = true;
+}
+
+std::optional<CommandError> Session::load(const command::Load& wanted) {
+    if (!settings_.library.has_scenes()) return CommandError{"failed", "", "no scenes are served; start the server with --scenes"};
+    const auto names = settings_.library.scenes();
+    if (std::ranges::find(names, wanted.scene, &Library::SceneEntry::name) == names.end())
+        return CommandError{"unknown_name", "/scene", "is not a scene that is served; see the command scenes"};
+    build_scene(settings_.library.load(wanted.scene));  // or throws, and the present scene goes on
+    stop_recording();
+    pulls_.clear();
+    gravity_.reset(), tolerance_.reset(), budget_.reset(), order_.reset();
+    edits_ = {};
+    recording_.reset();
+    failure_.clear();
+    set_playing(playing_);
+    if (listener_.model) listener_.model(model_);
+    return {};
+}
+
+std::optional<CommandError> Session::start_recording(const command::RecordStart& wanted) {
+    if (model_->recorded) return CommandError{"failed", "", "this is a recording already"};
+    if (!settings_.library.keeps()) return CommandError{"failed", "", "nothing is kept here; start the server with --data"};
+    if (recorder_ && recorder_->status().active)
+        return CommandError{"failed", "", recorder_->status().name + " is being recorded; stop it first"};
+    const std::string name = wanted.name.empty() ? dated_name(model_->scene.name) : wanted.name;
+    if (!is_plain_name(name + ".tfr")) return CommandError{"out_of_range", "/name", "is too long; use at most 60 characters"};
+    if (find(settings_.library.recordings(), name + ".tfr"))
+        return CommandError{"failed", "/name", "is there already; use another name"};
+    recorder_ = std::make_unique<LiveRecording>(settings_.library.new_recording(name), *model_,
+                                                LiveRecording::Settings{.fps = wanted.fps,
+                                                                        .field = wanted.field,
+                                                                        .most_bytes = settings_.recording_bytes,
+                                                                        .order = order_.value_or(model_->scene.front.order)});
+    state_urgent_ = true;
+    record();
+    return {};
+}
+
+void Session::stop_recording() {
+    if (!recorder_ || !recorder_->status().active) return;
+    recorder_->finish();
+    state_urgent_ = true;
+}
+
+/// After each step.
+void Session::record() {
+    if (!recorder_ || !recorder_->status().active || !recorder_->due()) return;
+    if (!recorder_->add(*stage_->frame(state_.steps_per_second, recorder_->field()))) state_urgent_ = true;
+}
+
+}  // namespace tetfront

@@ -1,0 +1,214 @@
+// Commands that change what is simulated or shown, from the wire to the frames.
+
+#include "tests/server/net/client.hpp"
+
+namespace tetfront {
+namespace {
+
+const auto is_frame = [](const Message& m) { return m.type() == 3 || m.type() == 4; };
+
+class CommandsTest : public ServerTest {
+ protected:
+    CommandsTest() {
+        scenes_.write("small.json", R"({"schema_version": 1, "up": "z", "title": "Another",
+            "mesh": {"box": {"low": [0, 0, 0], "high": [1, 1, 1], "cells": [1, 1, 1]}}, "levels": 1,
+            "material": {"density": 1000, "poisson": 0.3, "young": 1e5}, "gravity": [0, 0, -1]})");
+        scenes_.write("bad.json", R"({"schema_version": 1, "up": "z", "mesh": {"surface": {"file": "missing.obj"}}, "levels": 1,
+            "material": {"density": 1000, "poisson": 0.3, "young": 1e5}})");
+        scenes_.write("none.json", "[]");
+        scenes_.write(".hidden.json", "{}");
+    }
+    void start_with_library(bool playing = false, std::uint64_t recording_bytes = 1 << 20) {
+        start(playing, {}, box_scene(),
+              {.library = Library(scenes_.path(), data_.path()), .recording_bytes = recording_bytes});
+    }
+    static Json place(Json command) {
+        command["triangle"] = 0;
+        command["barycentric"] = {1, 0, 0};
+        return command;
+    }
+    TemporaryFolder scenes_, data_;
+};
+
+TEST_F(CommandsTest, ColouringAddsValuesForThisClientAlone) {
+    start();
+    Client plain(connect(), host()), coloured(connect(), host());
+    coloured.until(is_frame);
+    EXPECT_EQ(coloured.command({{"id", 1}, {"command", "colouring"}, {"value", "displacement"}})["type"], "ok");
+    const Message frame = coloured.until([](const Message& m) { return m.type() == 4; });
+    const std::size_t surface = frame.at<std::uint32_t>(12), begin = frame.bytes.size() - 12 - (2 * surface + 3) / 4 * 4;
+    EXPECT_EQ(frame.at<std::uint32_t>(begin), 1U);
+    plain.command({{"id", 2}, {"command", "step"}, {"count", 3}});
+    const auto moved = [](const Message& m) { return is_frame(m) && m.at<double>(16) > 0.04; };
+    EXPECT_EQ(plain.until(moved).type(), 3);
+    const Message later = coloured.until(moved);
+    EXPECT_EQ(later.type(), 4);
+    EXPECT_GT(later.at<float>(begin + 4), 0) << "something has moved";
+    EXPECT_EQ(coloured.command({{"id", 3}, {"command", "colouring"}, {"value", "level"}})["type"], "ok");
+    plain.command({{"id", 4}, {"command", "step"}});
+    EXPECT_EQ(coloured.until([](const Message& m) { return is_frame(m) && m.at<double>(16) > 0.06; }).type(), 3);
+}
+
+TEST_F(CommandsTest, EditsAreSharedAndSurviveTheirClient) {
+    start();
+    {
+        Client editor(connect(), host());
+        EXPECT_EQ(editor.command(place({{"id", 1}, {"command", "force_add"}, {"force", 7}, {"value", {0, 0, 5}}}))["type"], "ok");
+        EXPECT_EQ(editor.command({{"id", 2}, {"command", "force_move"}, {"force", 7}, {"value", {0, 0, 9}}})["type"], "ok");
+        EXPECT_EQ(editor.command({{"id", 3}, {"command", "force_move"}, {"force", 8}, {"value", {0, 0, 9}}})["code"], "unknown_name");
+        EXPECT_EQ(editor.command(place({{"id", 4}, {"command", "pin"}, {"radius", 0.5}}))["type"], "ok");
+        EXPECT_EQ(editor.command({{"id", 5}, {"command", "stiffness_scale"}, {"value", 2}})["type"], "ok");
+        EXPECT_EQ(editor.command({{"id", 6}, {"command", "damping"}, {"mass", 1}, {"stiffness", 0.5}})["type"], "ok");
+        EXPECT_EQ(editor.command({{"id", 7}, {"command", "order"}, {"value", 1}})["type"], "ok");
+        Json bad = place({{"id", 8}, {"command", "force_add"}, {"force", 9}, {"value", {0, 0, 5}}});
+        bad["triangle"] = 99999;
+        const Json refusal = editor.command(bad);
+        EXPECT_EQ(refusal["code"], "failed");
+        EXPECT_EQ(refusal["pointer"], "/triangle");
+    }
+    Client late(connect(), host());
+    const Json settings = late.event("settings");
+    EXPECT_EQ(settings["forces"], Json::array({place({{"force", 7}, {"value", {0.0, 0.0, 9.0}}})}));
+    EXPECT_EQ(settings["pins"].size(), 1U);
+    EXPECT_EQ(settings["stiffness_scale"], 2.0);
+    EXPECT_EQ(settings["damping"], Json({{"mass", 1.0}, {"stiffness", 0.5}}));
+    EXPECT_EQ(settings["order"], 1);
+    EXPECT_EQ(late.command({{"id", 1}, {"command", "force_remove"}, {"force", 7}})["type"], "ok");
+    EXPECT_EQ(late.event("settings")["forces"], Json::array());
+    EXPECT_EQ(late.command({{"id", 2}, {"command", "step"}, {"count", 5}})["type"], "ok");
+    late.until([](const Message& m) { return m.text && m.json["type"] == "state" && m.json["step"] == 5; });
+}
+
+TEST_F(CommandsTest, ForcesAreBounded) {
+    start();
+    Client client(connect(), host());
+    for (int i = 0; i < 64; ++i)
+        EXPECT_EQ(client.command(place({{"id", i}, {"command", "force_add"}, {"force", i}, {"value", {0, 0, 1}}}))["type"], "ok");
+    EXPECT_EQ(client.command(place({{"id", 99}, {"command", "force_add"}, {"force", 99}, {"value", {0, 0, 1}}}))["code"], "too_many");
+    EXPECT_EQ(client.command(place({{"id", 98}, {"command", "force_add"}, {"force", 3}, {"value", {0, 0, 1}}}))["type"], "ok");
+}
+
+TEST_F(CommandsTest, AnAcknowledgingClientHasTwoFramesInFlight) {
+    start(true);
+    Client client(connect(), host());
+    const Message first = client.until(is_frame);
+    client.acknowledge(first);
+    // Everything that was sent before the acknowledgement arrived comes in; then nothing, until the next one.
+    const Json link = client.event("link");
+    EXPECT_GE(link["sent"], 1);
+    std::uint32_t newest = first.at<std::uint32_t>(8);
+    EXPECT_EQ(client.command({{"id", 1}, {"command", "step"}})["code"], "failed") << "an answer in between";
+    for (int id = 2; id < 40; ++id) {
+        client.send(Json({{"id", id}, {"command", "speed"}, {"value", 1}}).dump());
+        for (;;) {
+            const Message m = client.read();
+            if (is_frame(m)) newest = m.at<std::uint32_t>(8);
+            if (m.text && m.json.contains("id")) break;
+        }
+    }
+    const std::uint32_t held = newest;
+    std::this_thread::sleep_for(200ms);
+    client.send(Json({{"id", 100}, {"command", "speed"}, {"value", 1}}).dump());
+    for (Message m = client.read(); !(m.text && m.json.contains("id")); m = client.read())
+        EXPECT_FALSE(is_frame(m)) << "a third frame in flight";
+    client.send(Json({{"command", "ack"}, {"frame", held}}).dump());
+    EXPECT_GT(client.until(is_frame).at<std::uint32_t>(8), held);
+    EXPECT_GT(client.event("link")["dropped"], 0);
+}
+
+TEST_F(CommandsTest, ListsAndLoadsScenes) {
+    start_with_library();
+    Client client(connect(), host()), other(connect(), host());
+    const Json hello = client.event("hello");
+    EXPECT_EQ(hello["generation"], 1);
+    const Json list = client.command({{"id", 1}, {"command", "scenes"}});
+    ASSERT_FALSE(list["scenes"].empty());
+    EXPECT_EQ(list["scenes"].back(), Json({{"name", "small"}, {"title", "Another"}}));
+    for (const Json& scene : list["scenes"]) EXPECT_NE(scene["name"], "none");
+    EXPECT_EQ(client.command({{"id", 2}, {"command", "load"}, {"scene", "none"}})["code"], "unknown_name");
+    EXPECT_EQ(client.command({{"id", 3}, {"command", "load"}, {"scene", "../small"}})["code"], "out_of_range");
+    EXPECT_EQ(client.command({{"id", 4}, {"command", "load"}, {"scene", "bad"}})["type"], "error");
+    EXPECT_EQ(client.command({{"id", 5}, {"command", "step"}})["type"], "ok") << "the first scene goes on";
+    EXPECT_EQ(client.command({{"id", 6}, {"command", "stiffness_scale"}, {"value", 2}})["type"], "ok");
+    client.send(R"({"id": 7, "command": "load", "scene": "small"})");
+    for (Client* viewer : {&client, &other}) {
+        const Message again = viewer->until([](const Message& m) { return m.text && m.json["type"] == "hello" && m.json["generation"] == 2; });
+        EXPECT_EQ(again.json["scene"]["title"], "Another");
+        EXPECT_EQ(again.json["gravity"], Json({0.0, 0.0, -1.0}));
+        const Message model = viewer->until([](const Message& m) { return !m.text; });
+        EXPECT_EQ(model.type(), 1);
+        EXPECT_EQ(model.at<std::uint16_t>(2), 2);
+        EXPECT_EQ(viewer->until([](const Message& m) { return !m.text; }).type(), 2);
+        EXPECT_EQ(viewer->until([](const Message& m) { return !m.text; }).type(), 3);
+        EXPECT_EQ(viewer->event("settings")["stiffness_scale"], 1.0) << "edits belong to their scene";
+    }
+    EXPECT_EQ(other.command({{"id", 1}, {"command", "step"}, {"count", 2}})["type"], "ok");
+    other.until([](const Message& m) { return m.text && m.json["type"] == "state" && m.json["step"] == 2; });
+}
+
+TEST_F(CommandsTest, RecordsAndOffersTheFile) {
+    start_with_library();
+    Client client(connect(), host());
+    client.until(is_frame);
+    EXPECT_EQ(client.command({{"id", 1}, {"command", "record_start"}, {"name", "run"}, {"fps", 60}, {"colouring", "strain"}})["type"], "ok");
+    EXPECT_EQ(client.command({{"id", 2}, {"command", "record_start"}})["code"], "failed") << "one at a time";
+    EXPECT_TRUE(client.event("recording")["active"]);
+    EXPECT_EQ(client.command({{"id", 3}, {"command", "step"}, {"count", 9}})["type"], "ok");
+    client.until([](const Message& m) { return m.text && m.json["type"] == "state" && m.json["step"] == 9; });
+    EXPECT_EQ(client.command({{"id", 4}, {"command", "record_stop"}})["type"], "ok");
+    const Json end = client.until([](const Message& m) { return m.text && m.json["type"] == "recording" && !m.json["active"]; }).json;
+    EXPECT_EQ(end["name"], "run.tfr");
+    EXPECT_EQ(end["frames"], 10);
+    EXPECT_EQ(end["problem"], "");
+    const Json list = client.command({{"id", 5}, {"command", "recordings"}})["recordings"];
+    ASSERT_EQ(list.size(), 1U);
+    EXPECT_EQ(list[0], Json({{"name", "run.tfr"}, {"bytes", end["bytes"]}}));
+    EXPECT_EQ(client.command({{"id", 6}, {"command", "record_start"}, {"name", "run"}})["code"], "failed") << "nothing is replaced";
+
+    const auto file = request(http::verb::get, "/recordings/run.tfr");
+    EXPECT_EQ(file.result_int(), 200);
+    EXPECT_EQ(file.body().size(), end["bytes"]);
+    EXPECT_EQ(file.body().substr(0, 8), "tetfront");
+    Recording recording(data_.path() / "recordings" / "run.tfr");
+    EXPECT_TRUE(recording.complete());
+    EXPECT_EQ(recording.frame_count(), 10U);
+    EXPECT_EQ(recording.info().field, Field::strain);
+    EXPECT_EQ(request(http::verb::head, "/recordings/run.tfr")[http::field::content_length], std::to_string(file.body().size()));
+}
+
+TEST_F(CommandsTest, ARecordingEndsAtTheLimitAndSaysSo) {
+    start_with_library(true, 20'000);
+    Client client(connect(), host());
+    client.until(is_frame);
+    EXPECT_EQ(client.command({{"id", 1}, {"command", "record_start"}})["type"], "ok");
+    const Json log = client.event("log");
+    EXPECT_EQ(log["level"], "warning");
+    EXPECT_NE(log["message"].get<std::string>().find("limit of 20000 bytes"), std::string::npos);
+    const auto files = Library({}, data_.path()).recordings();
+    ASSERT_EQ(files.size(), 1U);
+    EXPECT_LT(files[0].bytes, 40'000U);
+    EXPECT_TRUE(Recording(files[0].path).complete());
+}
+
+TEST_F(CommandsTest, AnUnwritableFolderIsAnAnswer) {
+    scenes_.write("file", "");
+    start(false, {}, box_scene(), {.library = Library({}, scenes_.path() / "file")});
+    Client client(connect(), host());
+    client.until(is_frame);
+    EXPECT_EQ(client.command({{"id", 1}, {"command", "record_start"}})["code"], "failed");
+    EXPECT_EQ(client.command({{"id", 2}, {"command", "step"}})["type"], "ok");
+}
+
+TEST_F(CommandsTest, WithoutALibraryNothingIsLoadedOrKept) {
+    start();
+    Client client(connect(), host());
+    const Json hello = client.event("hello");
+    EXPECT_EQ(hello["capabilities"], Json({"acknowledge", "colouring", "edit"}));
+    EXPECT_EQ(client.command({{"id", 1}, {"command", "load"}, {"scene", "small"}})["code"], "failed");
+    EXPECT_EQ(client.command({{"id", 2}, {"command", "record_start"}})["code"], "failed");
+    EXPECT_EQ(client.command({{"id", 3}, {"command", "scenes"}})["scenes"], Json::array());
+    EXPECT_EQ(client.command({{"id", 4}, {"command", "recordings"}})["recordings"], Json::array());
+}
+
+}  // namespace
+}  // namespace tetfront
