@@ -171,7 +171,10 @@ void Hub::greet(Viewer& viewer) {
     std::vector<std::string_view> capabilities = {"acknowledge", "colouring"};
     if (!model_->recorded) capabilities.emplace_back("edit");
     if (settings.library.has_scenes()) capabilities.emplace_back("load");
-    if (!model_->recorded && settings.library.keeps()) capabilities.emplace_back("record");
+    if (!model_->recorded && settings.library.keeps()) {
+        capabilities.emplace_back("record");
+        capabilities.emplace_back("save");
+    }
     viewer.push(hello_event(*model_, *state_, generation_,
                             {.message_bytes = limits.message_bytes,
                              .messages_per_second = limits.messages_per_second,

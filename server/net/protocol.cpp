@@ -2,6 +2,7 @@
 
 #include "engine/base/error.hpp"
 #include "server/render/view.hpp"
+#include "server/session/saved_state.hpp"
 
 #include <algorithm>
 #include <array>
@@ -306,6 +307,19 @@ std::string scenes_reply(std::int64_t id, const std::vector<Library::SceneEntry>
     Json list = Json::array();
     for (const auto& scene : scenes) list.push_back({{"name", scene.name}, {"title", scene.title}});
     return text({{"type", "ok"}, {"id", id}, {"scenes", std::move(list)}});
+}
+
+std::string states_reply(std::int64_t id, const std::vector<Library::FileEntry>& states) {
+    Json list = Json::array();
+    for (const auto& file : states) {
+        try {
+            const SavedState state = read_saved_state(file.path);
+            list.push_back({{"name", file.path.stem().string()}, {"scene", state.scene}, {"time", state.time}});
+        } catch (const InputError&) {
+            // Not one of ours: it cannot be restored, so it is not offered.
+        }
+    }
+    return text({{"type", "ok"}, {"id", id}, {"states", std::move(list)}});
 }
 
 std::string recordings_reply(std::int64_t id, const std::vector<Library::FileEntry>& recordings) {

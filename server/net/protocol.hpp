@@ -49,6 +49,7 @@ std::string log_event(std::string_view level, std::string_view message);
 std::string progress_event(std::string_view what, double fraction, const std::optional<double>& remaining);
 std::string ok_reply(std::int64_t id);
 std::string scenes_reply(std::int64_t id, const std::vector<Library::SceneEntry>& scenes);
+std::string states_reply(std::int64_t id, const std::vector<Library::FileEntry>& states);
 std::string recordings_reply(std::int64_t id, const std::vector<Library::FileEntry>& recordings);
 std::string error_reply(std::optional<std::int64_t> id, const CommandError& error);
 

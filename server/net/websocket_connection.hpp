@@ -193,6 +193,8 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
             push(ok_reply(id));
         } else if (std::holds_alternative<command::Scenes>(command)) {
             push(scenes_reply(id, library.scenes()));
+        } else if (std::holds_alternative<command::States>(command)) {
+            push(states_reply(id, library.states()));
         } else if (std::holds_alternative<command::Recordings>(command)) {
             push(recordings_reply(id, library.recordings()));
         } else {

@@ -142,6 +142,8 @@ class Session {
     void apply_settings();
     void edit(const std::function<void(Edits&)>& change);
     std::optional<CommandError> load(const command::Load& wanted);
+    std::optional<CommandError> save(const command::Save& wanted);
+    std::optional<CommandError> restore(const command::Restore& wanted);
     std::optional<CommandError> start_recording(const command::RecordStart& wanted);
     void stop_recording();
     void set_playing(bool playing);

@@ -3,6 +3,8 @@
 
 #include "engine/base/error.hpp"
 #include "engine/base/overloaded.hpp"
+#include "engine/simulation/snapshot.hpp"
+#include "server/session/saved_state.hpp"
 
 #include <algorithm>
 #include <ctime>
@@ -151,6 +153,8 @@ std::optional<CommandError> Session::apply(ClientId client, const Command& comma
                        return {};
                    },
                    [&](const command::Load& wanted) { return load(wanted); },
+                   [&](const command::Save& wanted) { return save(wanted); },
+                   [&](const command::Restore& wanted) { return restore(wanted); },
                    [&](const command::RecordStart& wanted) { return start_recording(wanted); },
                    [&](const command::RecordStop&) -> Result {
                        stop_recording();
@@ -200,6 +204,46 @@ std::optional<CommandError> Session::load(const command::Load& wanted) {
     failure_.clear();
     set_playing(playing_);
     if (listener_.model) listener_.model(model_);
+    return {};
+}
+
+std::optional<CommandError> Session::save(const command::Save& wanted) {
+    if (!settings_.library.keeps()) return CommandError{"failed", "", "nothing is kept here; start the server with --data"};
+    if (!is_plain_name(wanted.name + ".tfs")) return CommandError{"out_of_range", "/name", "is too long; use at most 60 characters"};
+    if (find(settings_.library.states(), wanted.name + ".tfs"))
+        return CommandError{"failed", "/name", "is there already; use another name"};
+    write_saved_state(settings_.library.new_state(wanted.name), {.scene = model_->scene.name,
+                                                                 .time = stage_->frame(0, Field::none)->status.time,
+                                                                 .order = order_.value_or(model_->scene.front.order),
+                                                                 .edits = edits_,
+                                                                 .snapshot = stage_->save_state()});
+    return {};
+}
+
+/// On a new stage, so that a state that does not fit changes nothing. Pulls end: their clients are of another time.
+std::optional<CommandError> Session::restore(const command::Restore& wanted) {
+    const auto file = find(settings_.library.states(), wanted.name + ".tfs");
+    if (!file) return CommandError{"unknown_name", "/name", "is not a saved state; see the command states"};
+    const SavedState saved = read_saved_state(file->path);
+    if (saved.scene != model_->scene.name)
+        return CommandError{"failed", "/name", "is a state of the scene " + saved.scene + "; load that first"};
+    const Snapshot snapshot = decode(saved.snapshot, wanted.name);
+    auto stage = make_stage_();
+    stage->set_order(saved.order);
+    stage->set_edits(saved.edits);
+    stage->restore_state(saved.snapshot, wanted.name);
+    for (const Snapshot::Pull& pull : snapshot.pulls) stage->end_pull(pull.id);
+    stop_recording();
+    stage_ = std::move(stage);
+    pulls_.clear();
+    pending_steps_ = 0;
+    order_ = saved.order;
+    edits_ = saved.edits;
+    gravity_ = Vec3(snapshot.gravity[0], snapshot.gravity[1], snapshot.gravity[2]);
+    tolerance_ = snapshot.tolerance;
+    budget_ = command::Budget{static_cast<int>(std::min<std::uint64_t>(snapshot.budget_tets, 1 << 28)), snapshot.budget_milliseconds};
+    next_step_ = Clock::now();
+    state_urgent_ = true;
     return {};
 }
 

@@ -176,6 +176,39 @@ TEST_F(CommandsTest, RecordsAndOffersTheFile) {
     EXPECT_EQ(request(http::verb::head, "/recordings/run.tfr")[http::field::content_length], std::to_string(file.body().size()));
 }
 
+TEST_F(CommandsTest, SavesAMomentAndGoesBackToIt) {
+    start_with_library();
+    Client client(connect(), host());
+    client.until(is_frame);
+    const auto at_step = [&](int step) {
+        client.until([&](const Message& m) { return m.text && m.json["type"] == "state" && m.json["step"] == step; });
+    };
+    EXPECT_EQ(client.command(place({{"id", 1}, {"command", "force_add"}, {"force", 7}, {"value", {0, 0, 5}}}))["type"], "ok");
+    EXPECT_EQ(client.command({{"id", 2}, {"command", "order"}, {"value", 1}})["type"], "ok");
+    EXPECT_EQ(client.command({{"id", 3}, {"command", "step"}, {"count", 6}})["type"], "ok");
+    at_step(6);
+    EXPECT_EQ(client.command({{"id", 4}, {"command", "save"}, {"name", "six"}})["type"], "ok");
+    EXPECT_EQ(client.command({{"id", 5}, {"command", "save"}, {"name", "six"}})["code"], "failed") << "nothing is replaced";
+    const Json states = client.command({{"id", 6}, {"command", "states"}})["states"];
+    ASSERT_EQ(states.size(), 1U);
+    EXPECT_EQ(states[0]["name"], "six");
+    EXPECT_EQ(states[0]["scene"], "beam");
+    EXPECT_NEAR(states[0]["time"].get<double>(), 0.1, 1e-9);
+    EXPECT_EQ(client.command({{"id", 7}, {"command", "force_remove"}, {"force", 7}})["type"], "ok");
+    EXPECT_EQ(client.command({{"id", 8}, {"command", "reset"}})["type"], "ok");
+    at_step(0);
+    EXPECT_EQ(client.command({{"id", 9}, {"command", "restore"}, {"name", "seven"}})["code"], "unknown_name");
+    EXPECT_EQ(client.command({{"id", 10}, {"command", "restore"}, {"name", "six"}})["type"], "ok");
+    const Json settings = client.event("settings");
+    EXPECT_EQ(settings["forces"].size(), 1U);
+    EXPECT_EQ(settings["order"], 1);
+    at_step(6);
+    data_.write("states/bad.tfs", "{\"tetfront_state\": 1}\nbytes");
+    EXPECT_EQ(client.command({{"id", 11}, {"command", "restore"}, {"name", "bad"}})["code"], "failed");
+    EXPECT_EQ(client.command({{"id", 12}, {"command", "step"}})["type"], "ok");
+    at_step(7);
+}
+
 TEST_F(CommandsTest, ARecordingEndsAtTheLimitAndSaysSo) {
     start_with_library(true, 20'000);
     Client client(connect(), host());
