@@ -49,6 +49,11 @@ int main(int argc, char** argv) {
         if (i % 5 == 0) write("snapshot", "step" + std::to_string(i), simulation.snapshot());
         simulation.step();
     }
+    write("commands", "play", R"({"id": 1, "command": "play"})");
+    write("commands", "pull", R"({"id": 2, "command": "pull_begin", "pull": 0, "triangle": 1, "barycentric": [1, 0, 0], "target": [0, 0.5, -1e3]})");
+    write("commands", "force", R"({"id": 3, "command": "force_add", "force": 4, "triangle": 1, "barycentric": [0, 1, 0], "value": [0, 0, 9]})");
+    write("commands", "record", R"({"id": 4, "command": "record_start", "name": "run", "fps": 60, "colouring": "stress"})");
+    write("commands", "ack", R"({"command": "ack", "frame": 7})");
     // A cube of two by two by one on the grid of fuzz_surface.cpp.
     std::string cube;
     for (int v = 0; v < 16; ++v)

@@ -26,9 +26,10 @@ TEST_F(AttackTest, WithoutTheTokenNothingButThePageIsServed) {
     start(false, {.token = secret});
     EXPECT_EQ(request(http::verb::get, "/").result_int(), 200);
     EXPECT_EQ(request(http::verb::get, "/healthz").result_int(), 200);
+    const std::vector<std::map<std::string, std::string>> strangers = {
+        {}, {{"Authorization", "Bearer wrong"}}, {{"Cookie", "tetfront_token=wrong"}}};
     for (const char* target : {"/session", "/metrics", "/snapshot.png", "/recordings/x.tfr"})
-        for (const std::map<std::string, std::string>& headers :
-             {std::map<std::string, std::string>{}, {{"Authorization", "Bearer wrong"}}, {{"Cookie", "tetfront_token=wrong"}}}) {
+        for (const auto& headers : strangers) {
             const auto answer = request(http::verb::get, target, headers);
             EXPECT_EQ(answer.result_int(), 401) << target;
             EXPECT_EQ(answer[http::field::www_authenticate], "Bearer");
@@ -68,7 +69,7 @@ TEST_F(AttackTest, TheFirstMessageMayBeTheToken) {
 }
 
 TEST_F(AttackTest, AClientThatNeverSaysTheTokenIsClosed) {
-    start(false, {.request_timeout = 200ms, .token = secret});
+    start(false, {.token = secret, .request_timeout = 200ms});
     Client client(connect(), host());
     EXPECT_EQ(client.closed(), 4001);
 }
