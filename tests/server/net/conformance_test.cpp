@@ -3,6 +3,7 @@
 #include "tests/server/net/server_fixture.hpp"
 
 #include <array>
+#include <boost/asio/read_until.hpp>
 #include <optional>
 
 namespace tetfront {
