@@ -19,14 +19,15 @@ TEST_F(ServerTest, SendsHelloModelTopologyFrameStateAlsoWhilePaused) {
         EXPECT_EQ(hello.json["scene"]["name"], "beam");
         EXPECT_EQ(hello.json["playing"], false);
         EXPECT_EQ(hello.json["depth"], 1);
-        const Message model = client.read(), topology = client.read(), frame = client.read(), state = client.read();
+        const Message model = client.read(), topology = client.read(), frame = client.read(), settings = client.read(), state = client.read();
         EXPECT_EQ(model.type(), 1);
         EXPECT_EQ(topology.type(), 2);
         EXPECT_EQ(frame.type(), 3);
         EXPECT_EQ(frame.at<std::uint32_t>(4), topology.at<std::uint32_t>(4)) << "same epoch";
         EXPECT_EQ(frame.at<std::uint32_t>(12), model.at<std::uint32_t>(12)) << "same surface";
-        ASSERT_TRUE(state.text);
-        EXPECT_EQ(state.json["type"], "state");
+        ASSERT_TRUE(settings.text && state.text);
+        EXPECT_EQ(settings.json["type"], "settings");
+        ASSERT_EQ(state.json["type"], "state");
         EXPECT_EQ(state.json["step"], 0);
     }
 }
