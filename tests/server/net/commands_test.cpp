@@ -94,16 +94,17 @@ TEST_F(CommandsTest, AnAcknowledgingClientHasTwoFramesInFlight) {
     const Message first = client.until(is_frame);
     client.acknowledge(first);
     // Everything that was sent before the acknowledgement arrived comes in; then nothing, until the next one.
-    const Json link = client.event("link");
-    EXPECT_GE(link["sent"], 1);
     std::uint32_t newest = first.at<std::uint32_t>(8);
-    EXPECT_EQ(client.command({{"id", 1}, {"command", "step"}})["code"], "failed") << "an answer in between";
-    for (int id = 2; id < 40; ++id) {
+    const auto read = [&] {
+        Message m = client.read();
+        if (is_frame(m)) newest = m.at<std::uint32_t>(8);
+        return m;
+    };
+    for (Message m = read(); !(m.text && m.json["type"] == "link"); m = read()) {
+    }
+    for (int id = 1; id < 40; ++id) {
         client.send(Json({{"id", id}, {"command", "speed"}, {"value", 1}}).dump());
-        for (;;) {
-            const Message m = client.read();
-            if (is_frame(m)) newest = m.at<std::uint32_t>(8);
-            if (m.text && m.json.contains("id")) break;
+        for (Message m = read(); !(m.text && m.json.contains("id")); m = read()) {
         }
     }
     const std::uint32_t held = newest;
