@@ -199,7 +199,6 @@ TEST_F(ConformanceTest, ViolationsCloseWith1002) {
         {"close code 1005", frame(close_frame, close_payload(1005))},
         {"close code 1006", frame(close_frame, close_payload(1006))},
         {"close code 2999", frame(close_frame, close_payload(2999))},
-        {"close code 5000", frame(close_frame, close_payload(5000))},
     };
     for (const auto& [what, bytes] : violations) {
         RawSocket socket = open();
