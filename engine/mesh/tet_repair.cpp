@@ -1,5 +1,7 @@
 #include "engine/mesh/tet_repair.hpp"
 
+#include "engine/base/disjoint_sets.hpp"
+
 #include <algorithm>
 #include <iterator>
 #include <numeric>
@@ -8,25 +10,6 @@
 namespace tetfront {
 
 namespace {
-
-class DisjointSets {
- public:
-    explicit DisjointSets(std::size_t count) : parent_(count) {
-        std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-    }
-    std::size_t find(std::size_t i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    /// The smaller representative survives, so it is the first member.
-    void join(std::size_t i, std::size_t j) {
-        i = find(i), j = find(j);
-        parent_[std::max(i, j)] = std::min(i, j);
-    }
-
- private:
-    std::vector<std::size_t> parent_;
-};
 
 /// Tets of each vertex, ascending.
 struct VertexTets {

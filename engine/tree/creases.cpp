@@ -1,35 +1,17 @@
 #include "engine/tree/creases.hpp"
 
+#include "engine/base/disjoint_sets.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
-#include <numeric>
 #include <vector>
 
 namespace tetfront {
 
 namespace {
-
-/// Triangles' corners that belong to one vertex copy, as a forest: corner 3 t + i is corner i of triangle t.
-class Corners {
- public:
-    explicit Corners(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0U); }
-
-    std::uint32_t representative(std::uint32_t corner) {
-        while (parent_[corner] != corner) corner = parent_[corner] = parent_[parent_[corner]];
-        return corner;
-    }
-    /// The smaller number represents both: the result does not depend on the order of joining.
-    void join(std::uint32_t a, std::uint32_t b) {
-        a = representative(a), b = representative(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
- private:
-    std::vector<std::uint32_t> parent_;
-};
 
 /// A triangle's side, from corner `corner` to the next one.
 struct Side {
@@ -64,7 +46,7 @@ Vec3 normal(const SurfaceMesh& mesh, std::size_t triangle) {
 Surface split_creases(Surface surface, double angle) {
     SurfaceMesh& mesh = surface.mesh;
     const double smooth = std::cos(angle * std::numbers::pi / 180);
-    Corners corners(3 * mesh.triangles.size());
+    DisjointSets corners(3 * mesh.triangles.size());  // that belong to one vertex copy: 3 t + i is corner i of triangle t
     const std::vector<Side> sides = sorted_sides(mesh);
     for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
         while (end < sides.size() && sides[end].low == sides[begin].low && sides[end].high == sides[begin].high) ++end;
@@ -83,7 +65,7 @@ Surface split_creases(Surface surface, double angle) {
     std::vector<std::int32_t> vertex_of(3 * mesh.triangles.size(), -1);  // by representative
     for (std::uint32_t corner = 0; corner < vertex_of.size(); ++corner) {
         std::int32_t& vertex = mesh.triangles[corner / 3][corner % 3];
-        const std::uint32_t group = corners.representative(corner);
+        const auto group = static_cast<std::uint32_t>(corners.find(corner));
         if (vertex_of[group] < 0) {
             const auto v = static_cast<std::size_t>(vertex);
             if (owner[v] == nobody) {

@@ -104,7 +104,7 @@ inline std::vector<UglyShape> ugly_shapes() {
     add("inner_shell", "an inner shell looks outwards", joined(ball, sphere({0, 0, 0}, 0.3, 3)), ball_volume);
     add("shells", "three shells in each other", joined(joined(ball, sphere({0, 0, 0}, 0.35, 3), true), sphere({0, 0, 0}, 0.2, 3)), ball_volume * (1 - 0.343 + 0.064));
     add("thin_plate", "1 x 1 x 0.01", boundary_surface(box_mesh({0, 0, 0}, {1, 1, 0.01}, {20, 20, 1})));
-    add("open_sheet", "one face thick, encloses nothing", part(boundary_surface(box_mesh({0, 0, 0}, {1, 1, 0.3}, {12, 12, 1})), [](const Vec3& p) { return p.z() > 0.29; }), 0, true);
+    add("open_sheet", "one face thick, encloses nothing", part(boundary_surface(box_mesh({0, 0, 0}, {1, 1, 0.3}, {12, 12, 1})), [](const Vec3& p) { return p.z() > 0.29; }));
     add("ears", "a ball with two blades 0.02 thick", joined(joined(ball, cube({-0.25, -0.01, 0.3}, {-0.05, 0.01, 1})), cube({0.05, -0.01, 0.3}, {0.25, 0.01, 1})));
     add("needle", "1 long, 0.02 wide", boundary_surface(box_mesh({0, 0, 0}, {0.02, 0.02, 1}, {1, 1, 40})));
     add("thin_ring", "a torus 0.03 thick", torus(0.5, 0.015, 96, 8));

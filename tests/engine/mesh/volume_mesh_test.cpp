@@ -2,6 +2,7 @@
 
 #include "engine/base/error.hpp"
 #include "engine/mesh/isosurface_stuffing.hpp"
+#include "engine/mesh/surface_repair.hpp"
 #include "engine/mesh/winding_number.hpp"
 #include "tests/engine/mesh/shapes.hpp"
 
@@ -76,6 +77,32 @@ TEST(VolumeMesh, OnePieceForEachSeparatePart) {
     EXPECT_EQ(result.report.surface_pieces, 2u);
     EXPECT_EQ(result.report.mesh_pieces, 2u);
     EXPECT_EQ(result.report.dropped_pieces, 0u);
+}
+
+TEST(VolumeMesh, SolidsThatShareAnEdgeKeepTheirVolume) {
+    SurfaceMesh two = boundary_surface(box_mesh({0, 0, 0}, {0.5, 0.5, 0.5}, {2, 2, 2}));
+    test_surfaces::append(two, boundary_surface(box_mesh({0.5, 0.5, 0}, {1, 1, 0.5}, {2, 2, 2})));
+    repair(two);  // welds the edge
+    for (int target : {400, 2000}) {
+        const VolumeMesh result = mesh_volume(two, {.target_tets = target});
+        EXPECT_EQ(result.report.surface_pieces, 2u);
+        EXPECT_EQ(result.report.dropped_pieces, 0u);
+        EXPECT_NEAR(result.report.mesh_volume, 0.25, 0.3 * 0.25) << target;
+    }
+}
+
+TEST(VolumeMesh, AnOpenSheetIsCoveredByCellsOfUsefulSize) {
+    SurfaceMesh sheet = test_surfaces::part(boundary_surface(box_mesh({0, 0, 0}, {1, 1, 0.3}, {12, 12, 1})), [](const Vec3& c) { return c[2] > 0.29; });
+    repair(sheet);  // drops the vertices of the other faces
+    for (int target : {120, 400, 2000}) {
+        const VolumeMesh result = mesh_volume(sheet, {.target_tets = target});
+        EXPECT_NO_THROW(validate(result.mesh));
+        EXPECT_NEAR(static_cast<double>(result.report.tets), target, 0.3 * target);
+        // One layer of cubes, about 12 tets each: as many over a square metre.
+        EXPECT_NEAR(result.report.cell, std::sqrt(12.0 / target), 0.6 * std::sqrt(12.0 / target)) << target;
+        EXPECT_LT(result.report.outside_distance, 0.3 * result.report.cell);
+        EXPECT_EQ(result.report.mesh_pieces, 1u);
+    }
 }
 
 TEST(VolumeMesh, CutOffEndsAreDroppedAndReported) {
