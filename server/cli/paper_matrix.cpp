@@ -38,8 +38,8 @@ Tet graded_tet() {
 /// sigma_xx over alpha_xx [kPa].
 std::vector<Chart::Point> curve(CellProblem problem, const Tet& tet) {
     std::vector<double> alphas;
-    for (int i = -11; i <= 11; ++i)
-        if (i != 0) alphas.push_back(0.04 * i);
+    for (const double alpha : {0.44, 0.4, 0.36, 0.32, 0.28, 0.24, 0.2, 0.16, 0.12, 0.08, 0.06, 0.04, 0.03, 0.02, 0.015, 0.01, 0.005}) alphas.push_back(-alpha);
+    for (std::size_t i = alphas.size(); i-- > 0;) alphas.push_back(-alphas[i]);
     std::vector<Chart::Point> points;
     for (const CellSample& s : sample_curve(problem, tet.gradients, tet.children, 0, alphas)) points.push_back({s.alpha, s.stress[0] / 1e3, ""});
     return points;

@@ -30,7 +30,7 @@ struct UglyShape {
     std::string name, ugliness;
     SurfaceMesh surface;
     double volume = 0;      // [unit of the file, cubed] that a person sees; 0: not known, or none
-    bool refusable = false;  // encloses nothing: a refusal with a reason is right
+    bool refusable = false;  // no surface: a refusal with a reason is right
 };
 
 inline SurfaceMesh noisy(SurfaceMesh mesh, double size) {
@@ -133,7 +133,7 @@ inline std::vector<UglyShape> ugly_shapes() {
             const double r = 0.5 + 0.2 * (std::cos(u / 2) * std::sin(v) - std::sin(u / 2) * std::sin(2 * v));
             return Vec3(r * std::cos(u), r * std::sin(u), 0.2 * (std::sin(u / 2) * std::sin(v) + std::cos(u / 2) * std::sin(2 * v)));
         }));
-    add("flat", "all of it lies in a plane", scaled(part(cube({0, 0, 0}, {1, 1, 1}), [](const Vec3& p) { return p.z() < 0.01; }), 1), 0, true);
+    add("flat", "all of it lies in a plane", scaled(part(cube({0, 0, 0}, {1, 1, 1}), [](const Vec3& p) { return p.z() < 0.01; }), 1));
     {
         SurfaceMesh mesh = ball;
         mesh.positions[17].y() = std::numeric_limits<double>::quiet_NaN();

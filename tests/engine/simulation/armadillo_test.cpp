@@ -9,8 +9,8 @@
 namespace tetfront {
 namespace {
 
-/// Mean distance that the vertices of a force's region have moved outwards after half a second [m].
-double pulled(int force) {
+/// How much farther the vertices of a force's region have moved along it after half a second than the chest has [m].
+double lengthened(int force) {
     const std::string other = "/forces/" + std::to_string(1 - force), mine = "/forces/" + std::to_string(force);
     const Scene scene = load_scene(source_folder() / "assets/scenes/armadillo.json",
                                    {{"/levels", "1"}, {"/mesh/surface/target_tets", "700"}, {"/estimation", R"({"sampled": false})"},
@@ -19,24 +19,29 @@ double pulled(int force) {
     Simulation simulation(model);
     for (int i = 0; i < 30; ++i) simulation.step();
     const auto frame = simulation.frame();
-    double sum = 0;
-    int count = 0;
     const auto& rest = model->surface.mesh.positions;
-    for (std::size_t v = 0; v < rest.size(); ++v) {
-        if (!contains(scene.forces[static_cast<std::size_t>(force)].region, rest[v])) continue;
-        sum += std::abs(static_cast<double>(frame->surface[v][0]) - rest[v].x());
-        ++count;
-    }
-    EXPECT_GT(count, 50);
-    return sum / count;
+    const ForceSpec& pull = scene.forces[static_cast<std::size_t>(force)];
+    const auto moved = [&](const Region& region) {
+        Vec3 sum = Vec3::Zero();
+        int count = 0;
+        for (std::size_t v = 0; v < rest.size(); ++v) {
+            if (!contains(region, rest[v])) continue;
+            const auto& p = frame->surface[v];
+            sum += Vec3(p[0], p[1], p[2]) - rest[v];
+            ++count;
+        }
+        EXPECT_GT(count, 50);
+        return sum.dot(pull.force.normalized()) / count;
+    };
+    return moved(pull.region) - moved(Box{{-0.1, 0, -1}, {0.1, 0.25, 1}});
 }
 
-TEST(Armadillo, SofterHandMovesFartherUnderTheSameForce) {
+TEST(Armadillo, SofterArmGetsLongerUnderTheSameForce) {
     if (!std::filesystem::exists(source_folder() / "assets/models/armadillo.off"))
         GTEST_SKIP() << "assets/fetch armadillo fetches the model";
-    const double soft = pulled(0), stiff = pulled(1);
+    const double soft = lengthened(0), stiff = lengthened(1);
     EXPECT_GT(stiff, 0.001);
-    EXPECT_GT(soft, 3 * stiff);
+    EXPECT_GT(soft, 2 * stiff);  // E differs by ten from hand to hand, but both arms begin at the same chest
 }
 
 }  // namespace
