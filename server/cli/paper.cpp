@@ -59,6 +59,10 @@ Image paper_panel(PaperWork& work, Simulation& simulation, int width, int height
     return paper_panel(work, simulation.model(), *simulation.frame(0, field_of(colouring)), width, height, colouring, wireframe);
 }
 
+std::string verdict(bool holds, const std::string& otherwise) {
+    return holds ? "Holds." : "Does not hold here." + (otherwise.empty() ? "" : " " + otherwise);
+}
+
 namespace {
 
 constexpr std::array all_figures = {3, 6, 7, 8, 10, 12, 13};

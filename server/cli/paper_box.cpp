@@ -14,7 +14,8 @@ namespace {
 
 constexpr int steps = 360;
 constexpr std::array moments = {6, 42, steps};  // of the pictures
-/// The paper's fronts (linear tets) are held to its error, ours to the scene's tolerance.
+/// Of the paper's fronts (linear tets). Chosen after a sweep of tolerances over this scene, as the one whose errors come
+/// nearest to the paper's figure 7; the page says so. Ours have the scene's tolerance.
 constexpr double linear_tolerance = 0.02;
 constexpr int panel_width = 400, panel_height = 225;
 enum Run : std::size_t { finest_linear, finest_quadratic, linear, quadratic };
@@ -24,7 +25,7 @@ constexpr std::array<const char*, 4> names = {"finest level, linear: the paper's
 struct BoxRun {
     std::vector<SweepResult> results;   // [Run]
     std::vector<Image> panels;          // a row for each moment: adaptive linear, finest linear, adaptive quadratic
-    double time_step = 0;
+    double time_step = 0, tolerance = 0;
 };
 
 BoxRun run_box(PaperWork& work, bool pictures) {
@@ -40,6 +41,7 @@ BoxRun run_box(PaperWork& work, bool pictures) {
     }
     BoxRun box;
     box.time_step = scene.time_step;
+    box.tolerance = scene.front.tolerance;
     constexpr std::array<std::size_t, 3> columns = {linear, finest_linear, quadratic};
     if (pictures) box.panels.resize(moments.size() * columns.size());
     box.results = sweep(runs, 2, steps, [&](double fraction) { work.show("bending the box", fraction); },
@@ -83,25 +85,37 @@ Chart linear_chart(const std::string& title, const std::string& subtitle, const 
 std::string percent_of(double fraction) { return format_number(100 * fraction, "%.2f") + " %"; }
 std::string tets(std::size_t n) { return std::to_string(n); }
 
+/// What numbers say of a statement about adaptive fronts.
+std::string both(bool linear_holds, bool quadratic_holds) {
+    if (linear_holds == quadratic_holds) return linear_holds ? "Holds for both." : "Holds for neither.";
+    return linear_holds ? "Holds for linear tets, not for quadratic ones." : "Holds for quadratic tets, not for linear ones.";
+}
+
 PaperFigure figure6(PaperWork& work, const BoxRun& box) {
     PaperFigure f;
     f.title = "Figure 6: a box fixed on a wall bends under its weight";
     f.setting = "`box.json`: 4 x 1 x 1 m, 192 root tets, 2 levels, 12,288 tets at the finest; damped by 2/s so that it comes to rest within 6 s. The paper's method "
-                "is adaptive *linear* tets (tolerance " + format_number(linear_tolerance) + "), its existing method the finest level everywhere.";
+                "is adaptive *linear* tets, its existing method the finest level everywhere. The tolerance of the linear fronts, " + format_number(linear_tolerance) +
+                ", was chosen after a sweep of tolerances over this scene had been seen, so that their errors come near those of the paper's figure 7: that they do is no result. Ours have "
+                "the tolerance of the scene, " + format_number(box.tolerance) + ".";
     f.pictures = {{work.write_sheet("paper_6.png", box.panels, 3),
                    "Columns: adaptive linear (the paper's method), finest linear level (the existing method), adaptive quadratic (ours). Rows: after " +
                        format_number(moments[0] * box.time_step) + ", " + format_number(moments[1] * box.time_step) + " and " +
                        format_number(moments[2] * box.time_step) + " s. Colours: level of refinement."}};
     const auto at = [&](Run run, int step) { return box.results[run].step_tets[static_cast<std::size_t>(step - 1)]; };
+    const auto finest = static_cast<double>(at(finest_linear, steps));
+    const auto share = [&](Run run, int step) { return static_cast<double>(at(run, step)) / finest; };
+    const auto counts = [&](int step) {
+        return tets(at(linear, step)) + " linear (" + percent_of(share(linear, step)) + " of the finest level's), " + tets(at(quadratic, step)) + " quadratic tets.";
+    };
+    const bool linear_refines = at(linear, moments[1]) > at(linear, 1), quadratic_refines = at(quadratic, moments[1]) > at(quadratic, 1);
     f.statements = {{"At the beginning the box is mostly composed of coarse tetrahedra, since the deformation is small.",
-                     "First step: " + tets(at(linear, 1)) + " linear and " + tets(at(quadratic, 1)) + " quadratic tets of " + tets(at(finest_linear, 1)) + ".", "None."},
+                     "First step: " + counts(1), both(share(linear, 1) < 0.1, share(quadratic, 1) < 0.1)},
                     {"A few seconds later some parts that moved a lot have switched to a finer level.",
-                     "At the deepest sag (" + format_number(moments[1] * box.time_step) + " s): " + tets(at(linear, moments[1])) + " linear, " + tets(at(quadratic, moments[1])) + " quadratic tets.",
-                     "What refines here is not movement but the error it would cause: where strain varies, at the wall first."},
-                    {"At equilibrium most parts belong to almost the finest level.",
-                     "At rest: " + tets(at(linear, steps)) + " linear (" + percent_of(static_cast<double>(at(linear, steps)) / static_cast<double>(at(finest_linear, steps))) +
-                         " of the finest), " + tets(at(quadratic, steps)) + " quadratic tets.",
-                     "Linear tets need nearly all of the finest level, as in the paper. Quadratic ones do not: they hold the error with the roots and a few more."}};
+                     "At the deepest sag (" + format_number(moments[1] * box.time_step) + " s): " + counts(moments[1]),
+                     both(linear_refines, quadratic_refines) + (linear_refines || quadratic_refines ? " What refines is not what moves but where strain varies." : "")},
+                    {"At equilibrium most parts belong to almost the finest level.", "At rest: " + counts(steps),
+                     both(share(linear, steps) > 0.5, share(quadratic, steps) > 0.5) + " (More than half of the finest level's tets.)"}};
     return f;
 }
 
@@ -146,19 +160,19 @@ PaperFigure figure7(PaperWork& work, const BoxRun& box) {
     };
     const double mean_linear = largest_mean(linear, finest_linear), max_linear = r[linear].errors[finest_linear].max;
     const double mean_quadratic = largest_mean(quadratic, finest_quadratic), max_quadratic = r[quadratic].errors[finest_quadratic].max;
+    const double reference_mean = largest_mean(finest_quadratic, finest_linear), reference_max = r[finest_quadratic].errors[finest_linear].max;
     f.statements = {{"The average of the errors is under 0.5 %.",
-                     "At every moment at most " + percent_of(mean_linear) + " (linear), " + percent_of(mean_quadratic) + " (quadratic): " +
-                         (mean_linear < 0.005 ? "reached" : "missed") + " and " + (mean_quadratic < 0.005 ? "reached." : "missed."),
-                     "Another box; the linear tolerance is ours."},
+                     "At every moment at most " + percent_of(mean_linear) + " (linear), " + percent_of(mean_quadratic) + " (quadratic).",
+                     both(mean_linear < 0.005, mean_quadratic < 0.005) + " Another box, and a tolerance of linear fronts that was chosen for it."},
                     {"The maximum of the errors is under 1.7 %.",
-                     "Of all vertices and moments " + percent_of(max_linear) + " (linear), " + percent_of(max_quadratic) + " (quadratic): " +
-                         (max_linear < 0.017 ? "reached" : "missed") + " and " + (max_quadratic < 0.017 ? "reached." : "missed."),
-                     "As above."},
+                     "Of all vertices and moments " + percent_of(max_linear) + " (linear), " + percent_of(max_quadratic) + " (quadratic).",
+                     both(max_linear < 0.017, max_quadratic < 0.017) + " As above."},
                     {"The finest level is taken for exact.",
-                     "The finest linear level is itself off by " + percent_of(largest_mean(finest_quadratic, finest_linear)) + " in the mean and " +
-                         percent_of(r[finest_quadratic].errors[finest_linear].max) + " at most, against the finest quadratic level; adaptive quadratic tets by " +
-                         percent_of(mean_quadratic) + " and " + percent_of(max_quadratic) + ".",
-                     "Linear tets are too stiff in bending, on every level. This is why quadratic ones are the default here."}};
+                     "The finest linear level is itself off by " + percent_of(reference_mean) + " in the mean and " + percent_of(reference_max) +
+                         " at most, against the finest quadratic level; adaptive quadratic tets by " + percent_of(mean_quadratic) + " and " + percent_of(max_quadratic) + ".",
+                     reference_mean > mean_quadratic ? "The reference of the linear fronts is " + format_number(reference_mean / mean_quadratic, "%.1f") +
+                                                           " times as far off as adaptive quadratic tets: errors against it do not see what all linear levels share."
+                                                     : "The reference is better than adaptive quadratic tets."}};
     return f;
 }
 
@@ -184,26 +198,28 @@ PaperFigure figure8(PaperWork& work, const BoxRun& box) {
     f.pictures = {{work.write("paper_8a.svg", to_svg(chart("Time of a step", steps))), "(a) The whole run."},
                   {work.write("paper_8b.svg", to_svg(chart("Time of a step, the first second", zoom))), "(b) The first second."}};
     f.tables = {work.write("paper_8.csv", csv)};
-    const auto ratio = [&](Run run, int first, int last) {
-        return format_number(mean(r[finest_linear].step_milliseconds, first, last) / mean(r[run].step_milliseconds, first, last), "%.1f");
-    };
-    // The very first steps: how long the front stays at the roots.
+    // The first steps: as long as the linear front has at most twice the tets that it began with.
     int coarse = 0;
     while (coarse < steps && r[linear].step_tets[static_cast<std::size_t>(coarse)] <= 2 * r[linear].step_tets[0]) ++coarse;
     coarse = std::max(coarse, 1);
+    const auto ratio = [&](Run run, int first, int last) {
+        return mean(r[finest_linear].step_milliseconds, first, last) / mean(r[run].step_milliseconds, first, last);
+    };
+    const auto times = [](double x) { return format_number(x, "%.1f"); };
+    const auto last_second = [&](Run run) { return mean(r[run].step_milliseconds, steps - zoom, steps); };
+    const auto first_steps = [&](Run run) { return mean(r[run].step_milliseconds, 0, coarse); };
     f.statements = {{"At the beginning the adaptive method is an order of magnitude faster than the finest level.",
-                     "Linear: " + ratio(linear, 0, coarse) + " times in the " + std::to_string(coarse) + " steps before the front has twice its roots; quadratic: " +
-                         ratio(quadratic, 0, coarse) + " times in the same steps.",
-                     "Implicit steps and a warm start of the solver make the finest level's first steps cheap, too."},
+                     "Linear: " + times(ratio(linear, 0, coarse)) + " times in the " + std::to_string(coarse) + " steps before the front has twice the tets that it began with; quadratic: " +
+                         times(ratio(quadratic, 0, coarse)) + " times in the same steps.",
+                     both(ratio(linear, 0, coarse) >= 10, ratio(quadratic, 0, coarse) >= 10)},
                     {"Processing time grows as the level gets finer.",
-                     "Linear: " + format_number(mean(r[linear].step_milliseconds, 0, coarse)) + " ms at first, " + format_number(mean(r[linear].step_milliseconds, steps - zoom, steps)) +
-                         " ms in the last second. Quadratic: " + format_number(mean(r[quadratic].step_milliseconds, 0, coarse)) + " and " +
-                         format_number(mean(r[quadratic].step_milliseconds, steps - zoom, steps)) + " ms.",
-                     "None for linear tets."},
+                     "Linear: " + format_number(first_steps(linear)) + " ms at first, " + format_number(last_second(linear)) +
+                         " ms in the last second. Quadratic: " + format_number(first_steps(quadratic)) + " and " + format_number(last_second(quadratic)) + " ms.",
+                     both(last_second(linear) > 1.5 * first_steps(linear), last_second(quadratic) > 1.5 * first_steps(quadratic)) + " (By more than a half.)"},
                     {"In the worst case the time is still competitive with the existing method.",
-                     "In the last second the finest linear level takes " + ratio(linear, steps - zoom, steps) + " times the time of adaptive linear tets, and " +
-                         ratio(quadratic, steps - zoom, steps) + " times that of adaptive quadratic ones.",
-                     "Quadratic tets never come to the worst case in this scene."}};
+                     "In the last second the finest linear level takes " + times(ratio(linear, steps - zoom, steps)) + " times the time of adaptive linear tets, and " +
+                         times(ratio(quadratic, steps - zoom, steps)) + " times that of adaptive quadratic ones.",
+                     both(ratio(linear, steps - zoom, steps) >= 0.8, ratio(quadratic, steps - zoom, steps) >= 0.8) + " (At most a quarter slower.)"}};
     return f;
 }
 

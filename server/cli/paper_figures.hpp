@@ -20,10 +20,13 @@
 
 namespace tetfront {
 
-/// One statement of the paper beside what came out here. All three are text of a Markdown table's cell.
+/// One statement of the paper beside what came out here, and what that says of the statement: worked out from the numbers,
+/// never written before them. All three are text of a Markdown table's cell.
 struct Statement {
     std::string paper, ours, difference;
 };
+/// "Holds." or "Does not hold here.", and what follows when it does not.
+std::string verdict(bool holds, const std::string& otherwise = "");
 
 struct PaperFigure {
     std::string title;  // "Figure 10: ..."
