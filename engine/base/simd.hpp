@@ -1,10 +1,11 @@
 #pragma once
-// A pack of doubles that one instruction works on, so that element kernels handle several tets at a time.
+// Packs of numbers that one instruction works on, so that element kernels handle several tets at a time.
 //
-// Kernels are templates over the scalar: `double` in tests and for single points, `Pack` in batches. `select` and the
-// functions below are what both have in common; kernels use them instead of branches.
+// Kernels are templates over the scalar: `double` in tests and for single points, `Pack` of doubles in batches, `SinglePack` of
+// twice as many floats where that is exact enough. `select` and the functions below are what all have in common; kernels use
+// them instead of branches.
 //
-//     template <class T> T kernel(const T& x) { return select(x < T(0), -x, x); }
+//     template <class T> T kernel(const T& x) { return select(x < T(0), constant<T>(-0.1) * x, x); }
 
 #include <cmath>
 #include <cstddef>
@@ -14,6 +15,23 @@ namespace tetfront {
 
 using Pack = std::experimental::native_simd<double>;
 inline constexpr std::size_t pack_size = Pack::size();
+using SinglePack = std::experimental::native_simd<float>;
+static_assert(SinglePack::size() == 2 * pack_size);
+
+/// A number that is no integer, in every lane.
+template <class T>
+T constant(double value) {
+    return T(value);
+}
+template <>
+inline SinglePack constant<SinglePack>(double value) {
+    return static_cast<float>(value);
+}
+/// What a denominator that may be zero is kept away from it by: the square is still a number.
+template <class T>
+inline constexpr double nearly_zero = 1e-150;
+template <>
+inline constexpr double nearly_zero<SinglePack> = 1e-18;
 
 inline double select(bool condition, double yes, double no) { return condition ? yes : no; }
 inline Pack select(const Pack::mask_type& condition, const Pack& yes, const Pack& no) {
@@ -21,6 +39,12 @@ inline Pack select(const Pack::mask_type& condition, const Pack& yes, const Pack
     std::experimental::where(condition, result) = yes;
     return result;
 }
+inline SinglePack select(const SinglePack::mask_type& condition, const SinglePack& yes, const SinglePack& no) {
+    SinglePack result = no;
+    std::experimental::where(condition, result) = yes;
+    return result;
+}
+inline SinglePack sqrt(const SinglePack& x) { return std::experimental::sqrt(x); }
 inline double sqrt(double x) { return std::sqrt(x); }
 inline Pack sqrt(const Pack& x) { return std::experimental::sqrt(x); }
 
@@ -34,6 +58,7 @@ T abs_of(const T& a) {
 }
 
 inline Pack load(const double* p) { return Pack(p, std::experimental::element_aligned); }
+inline SinglePack load(const float* p) { return SinglePack(p, std::experimental::element_aligned); }
 inline void store(const Pack& x, double* p) { x.copy_to(p, std::experimental::element_aligned); }
 
 }  // namespace tetfront

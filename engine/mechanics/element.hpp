@@ -74,9 +74,9 @@ struct ElementOrder<2> {
     static V3<T> effective_corner(const std::array<V3<T>, 10>& x, int point, int k) {
         V3<T> y;
         for (std::size_t c = 0; c < 3; ++c) {
-            y[c] = T(4 * at(point, k) - 1) * x[static_cast<std::size_t>(k)][c];
+            y[c] = constant<T>(4 * at(point, k) - 1) * x[static_cast<std::size_t>(k)][c];
             for (int j = 0; j < 4; ++j) {
-                if (j != k) y[c] += T(4 * at(point, j)) * x[static_cast<std::size_t>(4 + edge(k, j))][c];
+                if (j != k) y[c] += constant<T>(4 * at(point, j)) * x[static_cast<std::size_t>(4 + edge(k, j))][c];
             }
         }
         return y;
@@ -163,7 +163,7 @@ M3<T> piola_stress(const Svd3<T>& d, const V6<T>& stress) {
         for (int j = 0; j < 3; ++j) {
             if (i == j) continue;
             const T si = d.s[static_cast<std::size_t>(i)], sj = d.s[static_cast<std::size_t>(j)];
-            t(i, j) *= (si + si) / max(si + sj, T(least_stretch_sum));
+            t(i, j) *= (si + si) / max(si + sj, constant<T>(least_stretch_sum));
         }
     }
     return mul_bt(mul(d.u, t), d.v);

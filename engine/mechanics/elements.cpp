@@ -38,6 +38,7 @@ void ElementSet::build(const Front& front, const TetMaterials& materials) {
         }
     });
     pool_stiffness(materials.elasticity);
+    single_.clear();
     const auto n = static_cast<std::size_t>(nodes());
     nodal_.resize(batches_.size() * n * 3 * pack_size);
     strains_.resize(batches_.size() * static_cast<std::size_t>(points()) * 6 * pack_size);

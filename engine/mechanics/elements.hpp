@@ -19,6 +19,7 @@
 #include "engine/base/strain_measure.hpp"
 #include "engine/base/types.hpp"
 #include "engine/base/voigt.hpp"
+#include "engine/mechanics/element.hpp"
 #include "engine/tree/front.hpp"
 
 namespace tetfront {
@@ -50,6 +51,9 @@ class ElementSet {
         const PerVertex<Vec3>* velocity = nullptr;    // [m/s] for damping; null: none
         bool tangent = false;                         // also the blocks stiffness_scale K + mass_scale M + damping_scale D
         double stiffness_scale = 0, mass_scale = 0, damping_scale = 0;
+        /// Strain and stress in single precision: faster, and forces are off by some 1e-7 of the stiffness, which is little once
+        /// strains are above 1e-3. Nodal results and energy alone; without tangent and inertia.
+        bool single = false;
     };
     void evaluate(const Evaluation& e);
 
@@ -106,6 +110,24 @@ class ElementSet {
         double c[21][pack_size];  // [Pa]
     };
     void pool_stiffness(const PooledPerTet<Sym6>& elasticity);
+    /// The same of two batches in single precision.
+    struct SinglePair {
+        float gradient[9][2 * pack_size];
+        float volume[2 * pack_size];
+        float stiffness_damping[2 * pack_size];
+        std::uint32_t stiffness;  // into single_stiffness_
+    };
+    struct SingleStiffness {
+        float c[21][2 * pack_size];
+    };
+    void prepare_single();
+    template <int Order, template <class> class Strain>
+    void evaluate_single(std::size_t pair, const Evaluation& e);
+    template <int Order>
+    Pack add_inertia(const Batch& batch, const Evaluation& e, const std::array<V3<Pack>, ElementOrder<Order>::nodes>& xdot,
+                     std::array<V3<Pack>, ElementOrder<Order>::nodes>& nodal) const;
+    template <int Order>
+    void store_nodal(std::size_t b, const std::array<V3<Pack>, ElementOrder<Order>::nodes>& nodal);
     template <int Order, template <class> class Strain>
     void evaluate_batch(std::size_t b, const Evaluation& e);
     template <int Order>
@@ -117,6 +139,8 @@ class ElementSet {
     std::vector<TetId> tets_;
     std::vector<Batch> batches_;
     std::vector<BatchStiffness> stiffness_;
+    std::vector<SinglePair> single_;  // empty until single precision is asked for
+    std::vector<SingleStiffness> single_stiffness_;
     std::vector<double> nodal_;     // [batch][node][3][lane]
     std::vector<double> strains_;   // [batch][point][6][lane]
     std::vector<double> energies_;  // [batch][lane] twice the energy

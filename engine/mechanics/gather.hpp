@@ -26,6 +26,35 @@ std::array<V3<Pack>, Nodes> gather(const PerVertex<Vec3>& field, const std::int3
     return x;
 }
 
+/// First the lanes of `low`, then those of `high`.
+inline SinglePack to_single(const Pack& low, const Pack& high) {
+    if constexpr (pack_size == 4) {
+        return static_cast<SinglePack>(_mm256_set_m128(_mm256_cvtpd_ps(static_cast<__m256d>(high)), _mm256_cvtpd_ps(static_cast<__m256d>(low))));
+    } else {
+        return SinglePack([&](std::size_t l) { return static_cast<float>(l < pack_size ? low[l] : high[l - pack_size]); });
+    }
+}
+inline std::array<Pack, 2> to_double(const SinglePack& x) {
+    if constexpr (pack_size == 4) {
+        const auto lanes = static_cast<__m256>(x);
+        return {Pack(_mm256_cvtps_pd(_mm256_castps256_ps128(lanes))), Pack(_mm256_cvtps_pd(_mm256_extractf128_ps(lanes, 1)))};
+    } else {
+        return {Pack([&](std::size_t l) { return static_cast<double>(x[l]); }), Pack([&](std::size_t l) { return static_cast<double>(x[l + pack_size]); })};
+    }
+}
+
+/// The same of two batches, in single precision and relative to each tet's first node: differences of nearby places keep
+/// their digits.
+template <int Nodes>
+std::array<V3<SinglePack>, Nodes> gather_single(const PerVertex<Vec3>& field, const std::int32_t (*low)[pack_size],
+                                                const std::int32_t (*high)[pack_size]) {
+    const auto a = gather<Nodes>(field, low), b = gather<Nodes>(field, high);
+    std::array<V3<SinglePack>, Nodes> x;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(Nodes); ++i)
+        for (std::size_t c = 0; c < 3; ++c) x[i][c] = to_single(a[i][c] - a[0][c], b[i][c] - b[0][c]);
+    return x;
+}
+
 /// Lane l of the block goes to out + l * stride: 9 floats, column-major. Written with transposed registers where a pack has
 /// four lanes: 36 single stores took half the time of a whole quadratic tangent.
 template <class P>

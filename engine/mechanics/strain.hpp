@@ -47,7 +47,7 @@ class GreenPoint {
         for (std::size_t m = 0; m < 6; ++m) {
             const auto [i, j] = voigt_pairs[m];
             const T product = f_(0, i) * f_(0, j) + f_(1, i) * f_(1, j) + f_(2, i) * f_(2, j);
-            e[m] = m < 3 ? T(0.5) * (product - T(1)) : product;
+            e[m] = m < 3 ? constant<T>(0.5) * (product - T(1)) : product;
         }
         return e;
     }

@@ -68,7 +68,7 @@ void jacobi(M3<T>& a, M3<T>& v) {
     const T d = a(q, q) - a(p, p), twice = a(p, q) + a(p, q);
     const T root = sqrt(d * d + twice * twice);
     const T sign = select(d < T(0), T(-1), T(1));
-    const T t = twice * sign / (abs_of(d) + root + T(1e-300));
+    const T t = twice * sign / (abs_of(d) + root + constant<T>(nearly_zero<T> * nearly_zero<T>));
     const T c = T(1) / sqrt(T(1) + t * t), s = t * c;
     const T apq = a(p, q);
     a(p, p) -= t * apq;
@@ -108,7 +108,7 @@ template <int p, int q, class T>
 void givens(M3<T>& b, M3<T>& u) {
     const T x = b(p, p), y = b(q, p);
     const T n = sqrt(x * x + y * y);
-    const auto tiny = n < T(1e-150);
+    const auto tiny = n < constant<T>(nearly_zero<T>);
     const T inverse = T(1) / select(tiny, T(1), n);
     const T c = select(tiny, T(1), x * inverse), s = select(tiny, T(0), y * inverse);
     for (int k = 0; k < 3; ++k) {
