@@ -27,13 +27,13 @@ struct MachineLimits {
 
 /// One measurement.
 struct BenchRow {
-    std::string group;   // strain, force, tangent, matvec, step, auto, scalar_force, scalar_frame
+    std::string group;   // strain, force, force_single, tangent, matvec, step, auto, scalar_force, scalar_frame
     std::string detail;  // e.g. green, corotated, E 1e5
     int order = 1, threads = 1;
     std::size_t tets = 0;
     double seconds = 0;            // once over the whole front
     double bytes = 0, flops = 0;   // per tet; 0: not counted
-    double iterations = 0;         // of the solver, a step
+    double iterations = 0;         // of the solver, a step; negative: substeps of explicit steps
 
     [[nodiscard]] double ns_per_tet() const { return seconds * 1e9 / static_cast<double>(tets); }
     /// Of the limit that binds: the longer of the times that bytes and operations need at best over the time measured.

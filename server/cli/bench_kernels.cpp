@@ -23,7 +23,7 @@ namespace {
 
 constexpr double frame_seconds = 1.0 / 60;
 
-Scene beam(const std::array<int, 3>& cells, int levels, int order, double young) {
+Scene beam(const std::array<int, 3>& cells, int levels, int order, const ScalarSpec& young) {
     Scene scene;
     scene.name = "bench";
     scene.mesh = BoxMeshSpec{{0, 0, 0}, {4, 1, 1}, cells};
@@ -115,7 +115,7 @@ class Plan {
  public:
     explicit Plan(const BenchOptions& options) : options_(options) {}
 
-    /// work(): once over the whole front; returns the solver's iterations, or 0.
+    /// work(): once over the whole front; returns the solver's iterations, minus the substeps, or 0.
     template <class Work>
     void add(BenchRow row, Work work, int fixed_iterations = 0) {
         const std::string name = row.group + "/" + row.detail + "/order:" + std::to_string(row.order) + "/tets:" +
@@ -177,6 +177,11 @@ void plan_kernels(Plan& plan, bool quick) {
                 b.elements.set_strain_measure(measure);
                 b.elements.evaluate({.x = b.x});
             });
+            // As explicit steps call it: without strains.
+            add("force_single", name, read / 2 + vertices * 12 + 4 * 4 + O::nodes * 24 + 8, flops, [measure](Body& b) {
+                b.elements.set_strain_measure(measure);
+                b.elements.evaluate({.x = b.x, .single = true});
+            });
             add("tangent", name, force_bytes + blocks * 36, flops + tangent_flops<Order>(), [measure](Body& b) {
                 b.elements.set_strain_measure(measure);
                 b.elements.evaluate({.x = b.x, .tangent = true, .stiffness_scale = frame_seconds * frame_seconds, .mass_scale = 1});
@@ -188,11 +193,11 @@ void plan_kernels(Plan& plan, bool quick) {
     }
 }
 
-/// A uniform front with its simulation and its yardstick. Only the last one that was asked for is kept: the largest take
+/// A uniform front with its simulation and, for one stiffness, its yardstick. Only the last one that was asked for is kept: the largest take
 /// a gigabyte.
 class StepFront {
  public:
-    StepFront(const std::array<int, 3>& cells, int levels, double young) : cells_(cells), levels_(levels), young_(young) {}
+    StepFront(const std::array<int, 3>& cells, int levels, ScalarSpec young) : cells_(cells), levels_(levels), young_(std::move(young)) {}
 
     [[nodiscard]] std::size_t tets() const {
         return static_cast<std::size_t>(6 * cells_[0] * cells_[1] * cells_[2]) << (3 * levels_);
@@ -200,6 +205,7 @@ class StepFront {
     Simulation& simulation() { return *made().simulation; }
     /// Chooses between implicit and explicit steps by itself; Green strain, as the loop.
     Simulation& automatic() { return *made().automatic; }
+    /// For one stiffness everywhere only.
     ScalarExplicit& loop() { return *made().loop; }
 
  private:
@@ -213,19 +219,7 @@ class StepFront {
         if (last.by == this) return last;
         last = {};
         const auto model = build_model(beam(cells_, levels_, 1, young_));
-        std::vector<Vec3> rest(model->tree.vertex_count(levels_));
-        std::vector<char> pinned(rest.size());
-        for (VertexId v : ids<VertexId>(rest.size())) {
-            rest[v.index()] = model->tree.rest(v);
-            pinned[v.index()] = static_cast<char>(model->pinned[v]);
-        }
-        std::vector<std::array<int, 4>> corners;
-        for (TetId t : model->tree.level(levels_)) {
-            const auto& c = model->tree.corners(t);
-            corners.push_back({c[0].value, c[1].value, c[2].value, c[3].value});
-        }
-        last.loop = std::make_unique<ScalarExplicit>(std::move(rest), std::move(corners), std::move(pinned),
-                                                     ScalarExplicit::Material{young_, 0.3, 1000});
+        if (const double* young = std::get_if<double>(&young_)) last.loop = make_loop(*model, *young);
         last.simulation = std::make_unique<Simulation>(model);
         Scene scene = beam(cells_, levels_, 1, young_);
         scene.solver.scheme = Scheme::automatic;
@@ -234,31 +228,51 @@ class StepFront {
         last.by = this;
         return last;
     }
+    [[nodiscard]] std::unique_ptr<ScalarExplicit> make_loop(const Model& model, double young) const {
+        std::vector<Vec3> rest(model.tree.vertex_count(levels_));
+        std::vector<char> pinned(rest.size());
+        for (VertexId v : ids<VertexId>(rest.size())) {
+            rest[v.index()] = model.tree.rest(v);
+            pinned[v.index()] = static_cast<char>(model.pinned[v]);
+        }
+        std::vector<std::array<int, 4>> corners;
+        for (TetId t : model.tree.level(levels_)) {
+            const auto& c = model.tree.corners(t);
+            corners.push_back({c[0].value, c[1].value, c[2].value, c[3].value});
+        }
+        return std::make_unique<ScalarExplicit>(std::move(rest), std::move(corners), std::move(pinned),
+                                                ScalarExplicit::Material{young, 0.3, 1000});
+    }
     std::array<int, 3> cells_;
     int levels_;
-    double young_;
+    ScalarSpec young_;
 };
 
 void plan_steps(Plan& plan, bool quick) {
     // About 3k, 12k, 53k and 192k tets; all have a tree, so that the preconditioner has levels.
     std::vector<std::pair<std::array<int, 3>, int>> sizes = {{{10, 2, 3}, 1}, {{8, 2, 2}, 2}, {{26, 6, 7}, 1}, {{20, 5, 5}, 2}};
     if (quick) sizes.resize(2);
+    const int steps = quick ? 2 : 10;
+    const auto add_steps = [&](const std::shared_ptr<StepFront>& front, const std::string& detail) {
+        for (int threads : {1, 2}) {
+            plan.add({.group = "step", .detail = detail, .order = 1, .threads = threads, .tets = front->tets()},
+                     [front] { return front->simulation().step().solver_iterations; }, steps);
+        }
+        plan.add({.group = "auto", .detail = detail, .order = 1, .threads = 1, .tets = front->tets()}, [front] {
+            const StepReport r = front->automatic().step();
+            return r.substeps > 0 ? -r.substeps : r.solver_iterations;
+        }, steps);
+    };
     for (const auto& [cells, levels] : sizes) {
         for (double young : {1e5, 1e6, 1e7}) {
             const auto front = std::make_shared<StepFront>(cells, levels, young);
             char detail[32];
             std::snprintf(detail, sizeof detail, "E %.0e", young);
-            const int steps = quick ? 2 : 10;
-            for (int threads : {1, 2}) {
-                plan.add({.group = "step", .detail = detail, .order = 1, .threads = threads, .tets = front->tets()},
-                         [front] { return front->simulation().step().solver_iterations; }, steps);
-            }
-            plan.add({.group = "auto", .detail = detail, .order = 1, .threads = 1, .tets = front->tets()},
-                     [front] { return front->automatic().step().solver_iterations; }, steps);
+            add_steps(front, detail);
             plan.add({.group = "scalar_frame", .detail = detail, .order = 1, .threads = 1, .tets = front->tets()},
                      [front] {
                          front->loop().frame(frame_seconds);
-                         return front->loop().substeps(frame_seconds);
+                         return -front->loop().substeps(frame_seconds);
                      },
                      steps);
             if (young > 1e5) continue;
@@ -268,6 +282,9 @@ void plan_steps(Plan& plan, bool quick) {
             });
         }
     }
+    const auto& [cells, levels] = sizes.back();
+    const GradientSpec contrast{.axis = 0, .at = {}, .values = {1e4, 1e6}, .interpolation = Interpolation::exponential};
+    add_steps(std::make_shared<StepFront>(cells, levels, contrast), "E 1e4..1e6");
 }
 
 }  // namespace
