@@ -154,7 +154,7 @@ void BlockMatrix::fill(const ElementSet& elements) {
     });
 }
 
-void BlockMatrix::add_point(std::span<const VertexId> nodes, std::span<const double> weights, double scale) {
+void BlockMatrix::add_point(std::span<const VertexId> nodes, std::span<const double> weights, const Mat3& block) {
     thread_local std::vector<Term> w;  // kept to save allocations
     w.clear();
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -168,7 +168,7 @@ void BlockMatrix::add_point(std::span<const VertexId> nodes, std::span<const dou
             const auto it = std::lower_bound(from, to, b.dof);
             ENSURE(it != to && *it == b.dof, "the point is not inside one active tet");
             float* v = &value_[static_cast<std::size_t>(it - column_.begin()) * 9];
-            for (std::size_t c = 0; c < 3; ++c) v[4 * c] += static_cast<float>(scale * a.weight * b.weight);
+            for (int m = 0; m < 9; ++m) v[m] += static_cast<float>(a.weight * b.weight * block.data()[m]);
         }
     }
 }

@@ -30,8 +30,8 @@ class BlockMatrix {
     /// pinned: [V of the tree], nonzero where a vertex does not move.
     void build(const Front& front, const ElementSet& elements, const PerVertex<std::uint8_t>& pinned);
     void fill(const ElementSet& elements);
-    /// Adds scale * w w^T (times the 3x3 identity), w = P^T weights: a spring at a point of one active tet.
-    void add_point(std::span<const VertexId> nodes, std::span<const double> weights, double scale);
+    /// Adds w w^T times a symmetric 3x3 block, w = P^T weights: a spring or contact at a point of one active tet.
+    void add_point(std::span<const VertexId> nodes, std::span<const double> weights, const Mat3& block);
 
     [[nodiscard]] std::size_t size() const { return dof_vertex_.size(); }
     [[nodiscard]] std::size_t block_count() const { return column_.size(); }

@@ -13,6 +13,8 @@ namespace {
 
 /// Of the stable substep at rest; turning and stretching change it a little.
 constexpr double safety = 0.85;
+/// Root mean square of the strain from which on forces may be off by 1e-7 of the stiffness.
+constexpr double strain_for_single = 1e-3;
 /// A lumped mass is never less than this part of what it would be without the negative weights.
 constexpr double least_mass_part = 0.25;
 
@@ -98,8 +100,10 @@ void Explicit::build(const Front& front, const TetMaterials& materials, const Pe
     }
     lump(front, materials);
     stable_step_ = 1e300;
+    stiffness_ = 0;
     const auto damping_of = [](const PerTet<double>& damping, TetId t) { return damping.empty() ? 0 : damping[t]; };
     for (TetId t : front.active()) {
+        stiffness_ += tree.volume(t) * materials.elasticity[t](0, 0);
         float& w2 = frequency2_[t];
         if (w2 == 0) {
             const auto& c = tree.corners(t);
@@ -140,25 +144,51 @@ void Explicit::add_free_weights(const Front& front, const Front::Point& at) {
     weights_end_.push_back(end);
 }
 
+Explicit::PointMotion Explicit::motion_of(std::size_t begin, std::size_t end, const State& state) const {
+    PointMotion motion{Vec3::Zero(), Vec3::Zero(), 0};
+    for (std::size_t i = begin; i < end; ++i) {
+        const auto& [v, w] = weights_[i];
+        motion.x += w * state.x[v];
+        motion.v += w * state.v[v];
+        if (moves_[v]) motion.mobility += w * w / mass_[v];
+    }
+    return motion;
+}
+
+void Explicit::push(std::size_t begin, std::size_t end, const Vec3& impulse, State& state) const {
+    for (std::size_t i = begin; i < end; ++i)
+        if (const auto& [v, w] = weights_[i]; moves_[v]) state.v[v] += w / mass_[v] * impulse;
+}
+
 /// One impulse j for each spring, backward Euler for it alone: j = d (k (target - x - d u) - c u), u the velocity after it.
 void Explicit::apply_springs(const Loads& loads, State& state, double d) {
     std::size_t begin = 0;
     for (std::size_t s = 0; s < loads.springs.size(); ++s) {
         const PointSpring& spring = loads.springs[s];
-        Vec3 place = Vec3::Zero(), velocity = Vec3::Zero();
-        double mobility = 0;  // [1/kg]
-        for (std::size_t i = begin; i < weights_end_[s]; ++i) {
-            const auto& [v, w] = weights_[i];
-            place += w * state.x[v];
-            velocity += w * state.v[v];
-            if (moves_[v]) mobility += w * w / mass_[v];
-        }
+        const PointMotion point = motion_of(begin, weights_end_[s], state);
         const double resistance = d * (spring.damping + d * spring.stiffness);
         const Vec3 impulse =
-            (d * spring.stiffness * (spring.target - place) - resistance * velocity) / (1 + mobility * resistance);
-        for (std::size_t i = begin; i < weights_end_[s]; ++i)
-            if (const auto& [v, w] = weights_[i]; moves_[v]) state.v[v] += w / mass_[v] * impulse;
+            (d * spring.stiffness * (spring.target - point.x) - resistance * point.v) / (1 + point.mobility * resistance);
+        push(begin, weights_end_[s], impulse, state);
         begin = weights_end_[s];
+    }
+}
+
+/// The same for contacts, one after another: an impulse along the normal that never pulls, and one that stops the sliding as far
+/// as friction reaches.
+void Explicit::apply_contacts(const Loads& loads, State& state, double d) {
+    for (std::size_t c = 0; c < loads.contacts.size(); ++c) {
+        const PointContact& contact = loads.contacts[c];
+        const std::size_t s = loads.springs.size() + c, begin = s == 0 ? 0 : weights_end_[s - 1];
+        const PointMotion point = motion_of(begin, weights_end_[s], state);
+        const double depth = contact.depth(point.x);
+        if (!(depth > 0) || !(point.mobility > 0)) continue;
+        const double resistance = d * d * contact.push_slope(depth);
+        const double press =
+            std::max(0.0, (d * contact.push(depth) - resistance * contact.normal.dot(point.v)) / (1 + point.mobility * resistance));
+        const Vec3 stop = -contact.along(point.v) / point.mobility;
+        const double most = contact.friction * press, needed = stop.norm();
+        push(begin, weights_end_[s], press * contact.normal + (needed > most ? Vec3(most / needed * stop) : stop), state);
     }
 }
 
@@ -167,21 +197,25 @@ ExplicitReport Explicit::step(const Front& front, ElementSet& elements, State& s
     report.substeps = static_cast<int>(substeps(time_step * refine));
     const double d = time_step / report.substeps;
     const int nodes = front.nodes_per_tet();
+    const bool strained = 2 * elements.energy() > strain_for_single * strain_for_single * stiffness_;
     weights_.clear();
     weights_end_.clear();
     for (const PointSpring& spring : loads.springs) add_free_weights(front, spring.at);
+    for (const PointContact& contact : loads.contacts) add_free_weights(front, contact.at);
     for (VertexId v : front.vertices()) {
         state.earlier_x[v] = state.x[v];
         state.earlier_v[v] = state.v[v];
     }
     for (int n = 0; n < report.substeps; ++n) {
         for (VertexId v : front.vertices()) state.x[v] += d * state.v[v];
-        elements.evaluate({.x = state.x, .velocity = &state.v});
+        // The last one leaves the strains of the state.
+        elements.evaluate({.x = state.x, .velocity = &state.v, .single = strained && n + 1 < report.substeps});
         elements.accumulate(nodal_);
         for (const PointForce& f : loads.forces) add_at(f.at, nodes, f.force, nodal_);
         front.restrict_to_free(nodal_);
         for (VertexId v : moving_) state.v[v] += d * (nodal_[v] / mass_[v] + loads.gravity);
         apply_springs(loads, state, d);
+        apply_contacts(loads, state, d);
         front.prolong(state.v);
         if (!std::isfinite(elements.energy())) break;
     }

@@ -8,7 +8,8 @@
 // moved to the free vertices by P^T, as forces are. The stable substep comes from the active tets: for K x = w^2 M x of a
 // single tet at rest the largest w bounds that of the whole (Irons & Treharne 1971), times a factor for hanging
 // vertices whose rows have negative weights; with Rayleigh damping d <= (2/w) (sqrt(1 + z^2) - z), z = (a/w + b w)/2.
-// Springs of pulls act implicitly, each by itself, and put no limit on the substep.
+// Springs of pulls and contacts act implicitly, each by itself, and put no limit on the substep. Forces are in single precision
+// while strains are far above its rounding, but in the last substep, whose strains others read.
 //
 //     Explicit integrator;
 //     integrator.build(front, elements, materials, pinned);                 // after the front changed
@@ -34,7 +35,7 @@ class Explicit {
     /// [s] the longest substep that stays stable.
     [[nodiscard]] double stable_step() const { return stable_step_; }
     [[nodiscard]] double substeps(double time_step) const;
-    /// refine: substeps shorter by this factor. Afterwards `elements` holds strains, forces and energy of the state.
+    /// refine: substeps shorter by this factor. `elements` as they were evaluated at the state; afterwards `elements` holds strains, forces and energy of the state.
     ExplicitReport step(const Front& front, ElementSet& elements, State& state, const Loads& loads, double time_step, int refine = 1);
     /// Mass of a free vertex [kg].
     [[nodiscard]] double mass(VertexId v) const { return mass_[v]; }
@@ -48,15 +49,24 @@ class Explicit {
     /// P^T of a point's weights, appended to weights_.
     void add_free_weights(const Front& front, const Front::Point& at);
     void apply_springs(const Loads& loads, State& state, double d);
+    void apply_contacts(const Loads& loads, State& state, double d);
+    /// Place and velocity of the point whose weights are weights_[begin, end).
+    struct PointMotion {
+        Vec3 x, v;
+        double mobility;  // [1/kg] change of velocity for an impulse
+    };
+    [[nodiscard]] PointMotion motion_of(std::size_t begin, std::size_t end, const State& state) const;
+    void push(std::size_t begin, std::size_t end, const Vec3& impulse, State& state) const;
 
     double stable_step_ = 0;
+    double stiffness_ = 0;             // [J] energy of unit strains, about
     double amplification_ = 1;         // of w^2 by hanging rows
     PerTet<float> frequency2_;         // [T of the tree] w^2 [1/s^2]; 0: not known yet
     PerVertex<double> mass_, spread_, weight_sum_;  // [V of the tree], valid for the front's
     PerVertex<Vec3> nodal_;
     std::vector<VertexId> moving_;     // free and not pinned
     PerVertex<std::uint8_t> moves_;    // [V of the tree]
-    std::vector<FreeWeight> weights_;  // of all springs, one after another
+    std::vector<FreeWeight> weights_;  // of all springs and contacts, one after another
     std::vector<std::size_t> weights_end_;
 };
 

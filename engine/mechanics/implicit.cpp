@@ -30,7 +30,7 @@ double dot(const DofVector& a, const DofVector& b) {
     return sum;
 }
 
-/// A linearised step that is not sound goes on until the residual has fallen to this part, or so many times.
+/// A linearised step that is not sound, or touches the ground, goes on until the residual has fallen to this part, or so many times.
 constexpr double rescue_tolerance = 1e-2;
 constexpr int rescue_iterations = 30;
 /// Armijo's condition, and the curvature that is good enough where there is no exact potential.
@@ -100,6 +100,11 @@ Implicit::Trial Implicit::evaluate(const Problem& p, bool tangent) {
         add_at(s.at, nodes, h * (s.stiffness * reach - s.damping * velocity), nodal_);
         add(s.stiffness * reach.squaredNorm() / 2 + h * s.damping * velocity.squaredNorm() / 2);
     }
+    for (const PointContact& c : p.loads.contacts) {
+        const Vec3 x = value_at(c.at, nodes, trial_x_), v = value_at(c.at, nodes, trial_v_);
+        add_at(c.at, nodes, h * c.force(x, v), nodal_);
+        add(c.potential(x, v, h));
+    }
     p.front.restrict_to_free(nodal_);
     const auto& vertex = matrix_.vertices();
     for (std::size_t i = 0; i < vertex.size(); ++i) right_[i] = nodal_[vertex[i]];
@@ -115,6 +120,7 @@ double Implicit::standing_potential(const Problem& p, const State& state) {
     sum += p.elements.kinetic_energy(inertia_);
     for (const PointSpring& s : p.loads.springs)
         sum += s.stiffness * (s.target - value_at(s.at, p.front.nodes_per_tet(), state.x)).squaredNorm() / 2;
+    for (const PointContact& c : p.loads.contacts) sum += c.potential(value_at(c.at, p.front.nodes_per_tet(), state.x), Vec3::Zero(), p.h);
     return sum;
 }
 
@@ -124,7 +130,12 @@ void Implicit::assemble(const Problem& p) {
     const auto nodes = static_cast<std::size_t>(p.front.nodes_per_tet());
     matrix_.fill(p.elements);
     for (const PointSpring& s : p.loads.springs)
-        matrix_.add_point({s.at.nodes.data(), nodes}, {s.at.weights.data(), nodes}, h * h * s.stiffness + h * s.damping);
+        matrix_.add_point({s.at.nodes.data(), nodes}, {s.at.weights.data(), nodes}, (h * h * s.stiffness + h * s.damping) * Mat3::Identity());
+    for (const PointContact& c : p.loads.contacts) {
+        const int count = p.front.nodes_per_tet();
+        const Mat3 block = c.tangent(value_at(c.at, count, trial_x_), value_at(c.at, count, trial_v_), h);
+        if (!block.isZero(0)) matrix_.add_point({c.at.nodes.data(), nodes}, {c.at.weights.data(), nodes}, block);
+    }
     preconditioner_.update(matrix_, h * h, 1, h);
 }
 
@@ -224,8 +235,11 @@ ImplicitReport Implicit::failed(ImplicitReport report) {
 }
 
 ImplicitReport Implicit::step(const Front& front, ElementSet& elements, State& state, const Loads& loads,
-                              const ImplicitSettings& settings) {
+                              const ImplicitSettings& wanted) {
     ImplicitReport report;
+    ImplicitSettings settings = wanted;
+    // The midpoint's extrapolation would carry what has just been stopped at the ground on into it.
+    if (settings.rule == ImplicitRule::midpoint && !loads.contacts.empty()) settings.rule = ImplicitRule::backward_euler;
     const bool bdf2 = settings.rule == ImplicitRule::bdf2 && state.has_earlier;
     const double part = settings.rule == ImplicitRule::midpoint ? 0.5 : bdf2 ? 2.0 / 3 : 1;
     const Problem p{front, elements, loads, part * settings.time_step};
@@ -234,7 +248,10 @@ ImplicitReport Implicit::step(const Front& front, ElementSet& elements, State& s
     set_trial(p);
     ceiling_ = standing_potential(p, state);
     Trial trial = evaluate(p, true);
-    int iterations = settings.newton_iterations;
+    // A linearised step does not see contact begin or end.
+    const bool contact = !loads.contacts.empty();
+    int iterations = contact ? std::max(settings.newton_iterations, rescue_iterations) : settings.newton_iterations;
+    const double tolerance = contact && settings.newton_iterations == 1 ? rescue_tolerance : settings.newton_tolerance;
     const double first_norm = trial.norm;
     double floor = 0, goal = 0;
     for (int iteration = 0; trial.norm != 0; ++iteration) {
@@ -248,7 +265,7 @@ ImplicitReport Implicit::step(const Front& front, ElementSet& elements, State& s
         report.assemble_milliseconds += watch.lap();
         if (iteration == 0) {
             floor = rounding(p.h);
-            goal = std::max(settings.newton_tolerance * first_norm, floor);
+            goal = std::max(tolerance * first_norm, floor);
             if (trial.norm <= floor) break;
         }
         const bool found = solve(p, settings, state, iteration == 0, report);

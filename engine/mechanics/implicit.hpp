@@ -9,7 +9,7 @@
 //
 //     backward Euler   x* = x0, v* = v0, h the time step: first order, damps whatever it does not resolve
 //     midpoint         the same with half the step, then an extrapolation: second order, conserves linear and angular
-//                      momentum to the tolerance, no numerical damping
+//                      momentum to the tolerance, no numerical damping. Near the ground it is backward Euler
 //     BDF2             x* = (4 x0 - x_earlier) / 3, v* alike, h = 2/3 of the step: second order, and damps what it does not
 //                      resolve (L-stable). Its first step is one of backward Euler, and so is one after a step that was cut
 //
@@ -17,8 +17,8 @@
 // loads is stationary. Newton starts at v0 and uses the positive definite tangent M + h D + h^2 K, so every direction is
 // one of descent, and each update is shortened until the potential falls (or, where damping turns with the object and
 // there is no exact potential, until the slope along the update has halved). It stops at a tolerance or after a number of
-// iterations. 1: the classical linearised step; when that makes the potential rise above that of standing still, so that it would invent energy, Newton goes on until
-// it has something sound. Pinned vertices keep their place.
+// iterations. 1: the classical linearised step; when that makes the potential rise above that of standing still, so that it
+// would invent energy, or when the ground is near, Newton goes on until it has something sound. Pinned vertices keep their place.
 //
 //     Implicit implicit;
 //     implicit.build(front, elements, materials, pinned);             // after the front changed

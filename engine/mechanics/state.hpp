@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/types.hpp"
+#include "engine/mechanics/contact.hpp"
 #include "engine/tree/front.hpp"
 
 namespace tetfront {
@@ -49,6 +50,7 @@ struct Loads {
     Vec3 gravity = Vec3::Zero();  // [m/s^2]
     std::vector<PointForce> forces;
     std::vector<PointSpring> springs;
+    std::vector<PointContact> contacts;  // points that are, or may soon be, at the ground
 };
 
 /// sum_i weights[i] field[nodes[i]]: a field at a point of the front. nodes: Front::nodes_per_tet().

@@ -64,6 +64,7 @@ bool TimeStepper::torn_apart(const Front& front, const State& state, double size
 void TimeStepper::collect(const std::function<void(Loads&)>& loads) {
     loads_.forces.clear();
     loads_.springs.clear();
+    loads_.contacts.clear();
     loads(loads_);
 }
 

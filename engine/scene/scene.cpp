@@ -159,6 +159,14 @@ std::vector<TimelineEvent> read_timeline(const JsonValue& value, int pins) {
     return timeline;
 }
 
+GroundSpec read_ground(const JsonValue& value) {
+    GroundSpec ground;
+    const JsonObject o = value.object({"height", "friction"});
+    o.read("height", ground.height, coordinate);
+    o.read("friction", ground.friction, within(0, 10));
+    return ground;
+}
+
 /// The finest level's size is known, or aimed for, before any meshing: say so now rather than run out of memory later.
 void check_size(const Scene& scene, const JsonObject& root) {
     double roots = 0;
@@ -183,7 +191,7 @@ Scene read_scene(const JsonDocument& document, const std::filesystem::path& dire
     if (auto version = root.member("schema_version")) static_cast<void>(version->integer(1, 1));
     const JsonObject o =
         root.object({"$schema", "schema_version", "name", "title", "up", "mesh", "levels", "material", "estimation",
-                     "pins", "gravity", "forces", "timeline", "damping", "time_step", "front", "solver", "view"});
+                     "pins", "gravity", "forces", "timeline", "ground", "damping", "time_step", "front", "solver", "view"});
     static_cast<void>(o.required("schema_version"));
 
     Scene scene;
@@ -213,6 +221,7 @@ Scene read_scene(const JsonDocument& document, const std::filesystem::path& dire
     }
     if (auto timeline = o.find("timeline"))
         scene.timeline = read_timeline(*timeline, static_cast<int>(scene.pins.size()));
+    if (auto ground = o.find("ground")) scene.ground = read_ground(*ground);
     o.read("time_step", scene.time_step, within(1e-6, 1));
     scene.front = default_front(scene.levels);
     if (auto front = o.find("front")) scene.front = read_front(*front, scene.levels);

@@ -60,6 +60,12 @@ struct ForceSpec {
     double end = std::numeric_limits<double>::infinity();
 };
 
+/// A half-space that nothing sinks into, below `height` along the scene's `up`; see simulation/ground.hpp.
+struct GroundSpec {
+    double height = 0;      // [m]
+    double friction = 0.5;  // Coulomb's coefficient, 0..10
+};
+
 /// How coarse tets get their elasticity matrices ([Imai] section 4); see mechanics/elasticity.hpp.
 struct EstimationSpec {
     enum class Method { average, mean_strain, isolated, uniform_stress } method = Method::mean_strain;
@@ -111,6 +117,7 @@ struct Scene {
     Vec3 gravity = {0, 0, -9.81};      // [m/s^2] default: 9.81 against `up`
     std::vector<ForceSpec> forces;
     std::vector<TimelineEvent> timeline;
+    std::optional<GroundSpec> ground;  // none: nothing touches anything
     double time_step = 1.0 / 60;       // [s] 1e-6..1
     FrontSpec front;
     SolverSpec solver;

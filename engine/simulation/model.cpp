@@ -124,11 +124,13 @@ std::shared_ptr<const Model> build_model(Scene scene, Shape shape, const Progres
     auto frame_model = make_frame_model(scene, tree, surface, stiffness, materials.matrices);
     auto unresolved = find_unresolved(tree, pinned);
     const double size = box.sizes().maxCoeff();
+    std::optional<Ground> ground;
+    if (scene.ground) ground.emplace(*scene.ground, scene.up, size, tree, surface);
     const bool held = pins_hold(tree, pinned, size);
     report("ready", 1);
     return std::make_shared<const Model>(Model{std::move(scene), std::move(tree), std::move(materials.matrices), std::move(density),
                                                std::move(surface), std::move(pinned), std::move(unresolved),
-                                               std::move(forces), std::move(frame_model), mass, size, has_pins, held});
+                                               std::move(forces), std::move(ground), std::move(frame_model), mass, size, has_pins, held});
 }
 
 }  // namespace tetfront

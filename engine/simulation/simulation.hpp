@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +25,7 @@
 #include "engine/scene/scene.hpp"
 #include "engine/simulation/edits.hpp"
 #include "engine/simulation/frame.hpp"
+#include "engine/simulation/ground.hpp"
 #include "engine/tree/front.hpp"
 #include "engine/tree/surface.hpp"
 #include "engine/tree/tet_tree.hpp"
@@ -47,6 +49,7 @@ struct Model {
     PerVertex<std::uint8_t> pinned;      // [V] nonzero: does not move
     PerTet<std::uint8_t> unresolved;     // [T] nonzero: never active, it misses a pinned region that its descendants have
     std::vector<AttachedForce> forces;
+    std::optional<Ground> ground;
     std::shared_ptr<const FrameModel> frame_model;
     double mass = 0;                     // [kg]
     double size = 0;                     // [m] longest edge of the rest box, the unit of [Imai]'s errors

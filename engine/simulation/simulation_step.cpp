@@ -140,6 +140,7 @@ void Simulation::Impl::apply_timeline() {
     if (!released) return;
     pins.hold(*model, edits.pins, steps, settings.time_step);
     rebuild();
+    elements.evaluate({.x = state.x});  // what steps begin with
 }
 
 void Simulation::Impl::transfer(const Front::Change& change) {
@@ -200,6 +201,7 @@ void Simulation::Impl::add_loads(Loads& loads) const {
         if (time >= f.start && time < f.end) loads.forces.push_back({front.locate(f.at.leaf, f.at.barycentric), f.force});
     for (const PointLoad& f : edit_forces) loads.forces.push_back({front.locate(f.at.leaf, f.at.barycentric), f.force});
     pulls.add_to(loads, front, *model, state.x);
+    if (model->ground) model->ground->add_contacts(loads, front, model->surface, matrices(), state, settings.time_step);
 }
 
 void Simulation::Impl::describe(StepReport& r) const {

@@ -54,9 +54,11 @@ void add(Hash& hash, const Scene& scene, const FrontSpec& front) {
         hash.add(event.time).add(event.gravity.has_value()).add(event.release.value_or(-1));
         if (event.gravity) add(hash, *event.gravity);
     }
+    hash.add(scene.ground.has_value());
+    if (scene.ground) hash.add(scene.ground->height).add(scene.ground->friction);
     hash.add(scene.time_step);
     const SolverSpec& solver = scene.solver;
-    hash.add(solver.scheme).add(solver.strain).add(solver.newton_iterations).add(solver.newton_tolerance).add(solver.cg_tolerance).add(solver.cg_iterations);
+    hash.add(solver.scheme).add(solver.start).add(solver.strain).add(solver.newton_iterations).add(solver.newton_tolerance).add(solver.cg_tolerance).add(solver.cg_iterations);
     hash.add(front.order).add(front.min_level).add(front.max_level);
     hash.add(front.tolerance).add(front.budget_tets).add(front.budget_milliseconds);
 }

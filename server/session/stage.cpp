@@ -112,6 +112,7 @@ SessionModel session_model(const Recording& recording) {
 }
 
 std::optional<double> floor_height(const Model& model) {
+    if (model.scene.ground) return model.scene.ground->height;
     if (!model.has_pins) return std::nullopt;
     const auto& box = model.frame_model->rest_box;
     const auto up = static_cast<std::size_t>(model.frame_model->up);

@@ -36,6 +36,7 @@ std::vector<json> full_documents() {
         "front": {"order": 1, "tolerance": 0.05, "min_level": 0, "max_level": 2, "budget": {"tets": 5000, "milliseconds": 10}},
         "solver": {"scheme": "midpoint", "strain": "green", "start": "equilibrium", "newton_iterations": 3, "newton_tolerance": 1e-5, "cg_tolerance": 1e-6,
                    "cg_iterations": 77},
+        "ground": {"height": -1, "friction": 0.3},
         "timeline": [{"time": 1, "gravity": [0, 1, 2]}, {"time": 2, "release": 1}],
         "view": {"eye": [1, 2, 3], "target": [0, 1, 0], "field_of_view": 50, "colouring": "stiffness", "range": [1, 2],
                  "surface": false, "wireframe": true, "arrows": false, "legend": false, "background": "dark",

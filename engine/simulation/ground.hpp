@@ -1,0 +1,49 @@
+#pragma once
+// The ground of a scene that asks for one: which points of the object can touch it, and how hard it pushes.
+//
+// What touches is the smooth surface, by a few points of every active tet: those of the tet's surface vertices that stick
+// out farthest in fourteen directions; of a quadratic tet's eight children, as it bends between its corners. They are chosen once for every tet of the tree, from the leaves up, so a step looks at
+// the front's tets only, and a coarse tet rests on few points. The push of a tet's points together is that of a block of
+// its material as large as the tet, several times as stiff, so what the object sinks in is a part of what it gets squeezed.
+//
+//     const Ground ground(spec, up, size, tree, surface);                    // once
+//     ground.add_contacts(loads, front, surface, matrices, state, time_step);  // each step
+//
+// Nothing has to be remembered between steps: the force that friction is in proportion to follows from the depth that a
+// step begins with.
+
+#include <span>
+#include <vector>
+
+#include "engine/base/types.hpp"
+#include "engine/mechanics/elasticity.hpp"
+#include "engine/mechanics/state.hpp"
+#include "engine/scene/scene.hpp"
+#include "engine/tree/surface.hpp"
+
+namespace tetfront {
+
+class Ground {
+ public:
+    /// up: axis of its normal. size: [m] of the object. Cost: the tree and the surface.
+    Ground(const GroundSpec& spec, int up, double size, const TetTree& tree, const Surface& surface);
+
+    /// Adds the points that are below the ground or may get there within time_step [s]. Cost: the front. surface: as it was
+    /// built with; matrices: those that are simulated with.
+    void add_contacts(Loads& loads, const Front& front, const Surface& surface, const ElasticityMatrices& matrices, const State& state,
+                      double time_step) const;
+
+    /// Surface vertices of any tet that can touch it.
+    [[nodiscard]] std::span<const std::uint32_t> points(TetId t) const {
+        return {vertices_.data() + begin_[t.index()], vertices_.data() + begin_[t.index() + 1]};
+    }
+
+ private:
+    GroundSpec spec_;
+    int up_;
+    double size_;
+    std::vector<std::uint32_t> begin_;     // [tets of the tree + 1]
+    std::vector<std::uint32_t> vertices_;  // of the surface
+};
+
+}  // namespace tetfront
