@@ -7,6 +7,6 @@ const path = (relative: string) => fileURLToPath(new URL(relative, import.meta.u
 export default defineConfig({
   root: path(".."),
   server: { fs: { allow: [path("..")] } },
-  resolve: { alias: { three: path("node_modules/three") } },
+  resolve: { alias: { three: path("node_modules/three"), meshoptimizer: path("node_modules/meshoptimizer") } },
   test: { include: ["tests/web/**/*.test.ts"], environment: "node" },
 });

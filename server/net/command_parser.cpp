@@ -73,6 +73,11 @@ class Members {
                                "is " + value.dump() + "; use " + std::to_string(low) + ".." + std::to_string(high)};
         return value.get<std::int64_t>();
     }
+    bool boolean(const char* key) {
+        const Json& value = get(key);
+        if (!value.is_boolean()) throw CommandError{"wrong_type", pointer(key), "is not true or false"};
+        return value.get<bool>();
+    }
     double real(const char* key, double low, double high) { return real(get(key), pointer(key), low, high); }
     Vec3 vector(const char* key, double low, double high) {
         const Json& value = get(key);
@@ -217,6 +222,7 @@ const std::vector<std::pair<std::string_view, Reader>>& readers() {
          }},
         {"record_stop", [](Members&) { return command::RecordStop{}; }},
         {"colouring", [](Members& m) { return command::Colouring{m.colouring("value")}; }},
+        {"compression", [](Members& m) { return command::Compression{m.boolean("value")}; }},
         {"token", [](Members& m) { return command::Token{m.string("value", max_token)}; }},
         {"scenes", [](Members&) { return command::Scenes{}; }},
         {"states", [](Members&) { return command::States{}; }},

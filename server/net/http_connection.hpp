@@ -85,16 +85,25 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
             response.set(http::field::upgrade, "websocket");
             return send(std::move(response));
         }
-        const http::token_list offered(request[http::field::sec_websocket_protocol]);
-        if (std::none_of(offered.begin(), offered.end(), [](auto name) { return text(name) == subprotocol; }))
-            return refuse(http::status::bad_request, "offer the WebSocket subprotocol tetfront.v1", keep_alive);
+        const std::string_view chosen = choose_subprotocol(request[http::field::sec_websocket_protocol]);
+        if (chosen.empty()) return refuse(http::status::bad_request, "offer the WebSocket subprotocol tetfront.v1", keep_alive);
         if (buffer_.size() > 0)
             return refuse(http::status::bad_request, "bytes follow the request before it was answered", false);
-        const auto viewer = std::make_shared<WebSocketConnection>(hub_, timeouts_, std::move(stream_), authorized());
+        const auto viewer = std::make_shared<WebSocketConnection>(hub_, timeouts_, std::move(stream_), std::string(chosen), authorized());
         viewer->address = address;
         hub_.add(viewer);
         hub_.remove(shared_from_this());
         viewer->accept(request);
+    }
+
+    /// Ours, or else another version of ours; empty: neither is offered.
+    static std::string_view choose_subprotocol(beast::string_view offers) {
+        std::string_view chosen;
+        for (const auto name : http::token_list(offers)) {
+            if (text(name) == subprotocol) return subprotocol;
+            if (text(name).starts_with("tetfront.v")) chosen = text(name);
+        }
+        return chosen;
     }
 
     [[nodiscard]] bool authorized() const {

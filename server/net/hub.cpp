@@ -1,8 +1,10 @@
 #include "server/net/hub.hpp"
 
+#include "server/net/compressed_frame.hpp"
 #include "server/net/protocol.hpp"
 #include "server/render/colour_scale.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <spdlog/spdlog.h>
@@ -52,7 +54,7 @@ void Hub::remove_viewer(const std::shared_ptr<Viewer>& viewer) {
 void Hub::show_fields() {
     std::set<Field> wanted;
     for (const auto& viewer : viewers_)
-        if (viewer->outbox.field() != Field::none) wanted.insert(viewer->outbox.field());
+        if (const Field field = viewer->outbox.kind().field; field != Field::none) wanted.insert(field);
     if (wanted == fields_) return;
     fields_ = wanted;
     session.show_fields(std::move(wanted));
@@ -168,7 +170,7 @@ void Hub::on_state(const SessionState& state) {
 
 void Hub::greet(Viewer& viewer) {
     const Session::Settings& settings = session.settings();
-    std::vector<std::string_view> capabilities = {"acknowledge", "colouring"};
+    std::vector<std::string_view> capabilities = {"acknowledge", "colouring", "compress"};
     if (!model_->recorded) capabilities.emplace_back("edit");
     if (settings.library.has_scenes()) capabilities.emplace_back("load");
     if (!model_->recorded && settings.library.keeps()) {
@@ -214,10 +216,27 @@ void Hub::broadcast_state() {
     set_all(Outbox::Slot::state, share(state_event(*state_, viewers_.size())));
 }
 
-/// The present frame's messages, encoded when somebody wants them; the topology only when it has changed.
+/// Encodes each kind when the first viewer wants it. Belongs to the moment, so kinds that nobody wants cost nothing.
+std::function<SharedBytes(FrameKind)> Hub::frame_encoder() {
+    auto encoded = std::make_shared<std::map<FrameKind, SharedBytes>>();
+    return [this, plain = frame_, coloured = coloured_, generation = generation_, sequence = sequence_, encoded](FrameKind kind) {
+        const auto shot = std::ranges::find(coloured, kind.field, [](const auto& frame) { return frame->field; });
+        const Frame& frame = shot == coloured.end() ? *plain : **shot;
+        kind.field = frame.field;
+        SharedBytes& bytes = (*encoded)[kind];
+        if (bytes) return bytes;
+        const auto start = std::chrono::steady_clock::now();
+        std::string message = encode_frame(frame, generation, sequence);
+        bytes = share(kind.compressed ? compress_frame(message) : std::move(message));
+        ++metrics.frames_encoded;
+        metrics.encode_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        return bytes;
+    };
+}
+
+/// The present frame's messages; model and topology are encoded only when they have changed.
 std::shared_ptr<const Moment> Hub::moment() {
     if (encoded_frame_ == frame_) return encoded_;
-    const auto start = std::chrono::steady_clock::now();
     const bool same_model = encoded_ && encoded_->generation == generation_;
     auto next = std::make_shared<Moment>();
     next->generation = generation_;
@@ -227,12 +246,9 @@ std::shared_ptr<const Moment> Hub::moment() {
     next->topology = same_model && encoded_frame_->topology == frame_->topology
                          ? encoded_->topology
                          : share(encode_topology(*frame_->topology, frame_->front_positions.size(), generation_));
-    next->frame = share(encode_frame(*frame_, generation_, sequence_));
-    for (const auto& frame : coloured_) next->coloured[frame->field] = share(encode_frame(*frame, generation_, sequence_));
+    next->frame = frame_encoder();
     encoded_ = std::move(next);
     encoded_frame_ = frame_;
-    ++metrics.frames_encoded;
-    metrics.encode_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return encoded_;
 }
 

@@ -92,6 +92,7 @@ class Hub {
     void broadcast(const std::string& text);
     void set_all(Outbox::Slot slot, const SharedBytes& text);
     std::shared_ptr<const Moment> moment();
+    std::function<SharedBytes(FrameKind)> frame_encoder();
 
     std::set<std::shared_ptr<Connection>> connections_;
     std::set<std::shared_ptr<Viewer>> viewers_;

@@ -53,8 +53,7 @@ std::optional<OutgoingMessage> Outbox::next(Clock::time_point now) {
     const bool new_model = moment->generation != sent_generation_;
     if (new_model) begun_.push_back(moment->model);
     if (new_model || moment->epoch != sent_epoch_) begun_.push_back(moment->topology);
-    const auto coloured = moment->coloured.find(field_);
-    begun_.push_back(coloured == moment->coloured.end() ? moment->frame : coloured->second);
+    begun_.push_back(moment->frame(kind_));
     sent_generation_ = moment->generation;
     sent_epoch_ = moment->epoch;
     ++sent_;

@@ -15,8 +15,9 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <compare>
 #include <deque>
-#include <map>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,13 +29,20 @@ using SharedBytes = std::shared_ptr<const std::string>;
 
 inline SharedBytes share(std::string bytes) { return std::make_shared<const std::string>(std::move(bytes)); }
 
-/// One moment, encoded once for all clients.
+/// What a client wants its frames to be.
+struct FrameKind {
+    Field field = Field::none;  // whose values they come with, when the moment has them
+    bool compressed = false;
+    friend auto operator<=>(const FrameKind&, const FrameKind&) = default;
+};
+
+/// One moment; each of its messages is encoded once for all clients.
 struct Moment {
     std::uint16_t generation = 0;  // of the model, from 1
     std::uint32_t epoch = 0;       // of the topology
-    SharedBytes model, topology, frame;
-    std::uint32_t sequence = 0;             // of the frame
-    std::map<Field, SharedBytes> coloured;  // the frame with values
+    SharedBytes model, topology;
+    std::uint32_t sequence = 0;  // of the frame
+    std::function<SharedBytes(FrameKind)> frame;
 };
 
 struct OutgoingMessage {
@@ -57,9 +65,8 @@ class Outbox {
     /// All but progress wait for the first frame. null: nothing to send.
     void set(Slot slot, SharedBytes text) { slots_[static_cast<std::size_t>(slot)] = std::move(text); }
     void show(std::shared_ptr<const Moment> moment);
-    /// Frames come with the values of this field, when the moment has them.
-    void set_field(Field field) { field_ = field; }
-    [[nodiscard]] Field field() const { return field_; }
+    void set_kind(FrameKind kind) { kind_ = kind; }
+    [[nodiscard]] FrameKind kind() const { return kind_; }
     /// All from before a new hello is forgotten, but for answers.
     void restart();
 
@@ -92,7 +99,7 @@ class Outbox {
     std::deque<SharedBytes> begun_;
     std::uint16_t sent_generation_ = 0;
     std::optional<std::uint32_t> sent_epoch_;
-    Field field_ = Field::none;
+    FrameKind kind_;
 
     bool acknowledges_ = false;
     std::deque<InFlight> in_flight_;  // at most remembered_in_flight

@@ -35,21 +35,22 @@ struct Timeouts {
 
 class WebSocketConnection : public Viewer, public std::enable_shared_from_this<WebSocketConnection> {
  public:
-    /// authorized: it has shown the token already, or none is needed.
-    WebSocketConnection(Hub& hub, const Timeouts& timeouts, beast::tcp_stream stream, bool authorized)
+    /// protocol: that the client is told, of another version: it is closed at once. authorized: it has shown the token
+    /// already, or none is needed.
+    WebSocketConnection(Hub& hub, const Timeouts& timeouts, beast::tcp_stream stream, std::string protocol, bool authorized)
         : hub_(hub),
           timeouts_(timeouts),
           stream_(std::move(stream)),
           close_deadline_(stream_.get_executor()),
           client_(hub.new_client()),
+          protocol_(std::move(protocol)),
           authorized_(authorized) {}
 
     void accept(const http::request<http::empty_body>& request) {
         beast::get_lowest_layer(stream_).expires_never();  // the WebSocket has timeouts of its own
         stream_.set_option(websocket::stream_base::timeout{timeouts_.request, timeouts_.idle, true});
-        stream_.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
-            response.set(http::field::sec_websocket_protocol,
-                         beast::string_view(subprotocol.data(), subprotocol.size()));
+        stream_.set_option(websocket::stream_base::decorator([protocol = protocol_](websocket::response_type& response) {
+            response.set(http::field::sec_websocket_protocol, protocol);
             response.set(http::field::server, "tetfront");
         }));
         websocket::permessage_deflate no_compression;
@@ -98,6 +99,11 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
 
     /// Becomes a viewer, or is turned away, or is asked for the token first.
     void enter() {
+        // Browsers hide why an upgrade was refused; the reason of a close they show.
+        if (protocol_ != subprotocol) {
+            ++hub_.metrics.errors["version"];
+            return close(websocket::close_code::protocol_error, "this server speaks tetfront.v1");
+        }
         if (hub_.viewer_count() >= hub_.limits.clients) {
             ++hub_.metrics.refused_connections;
             return close(websocket::close_code::try_again_later, "there are too many clients");
@@ -186,8 +192,11 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
     bool answered_here(std::int64_t id, const Command& command) {
         const Library& library = hub_.session.settings().library;
         if (const auto* colouring = std::get_if<command::Colouring>(&command)) {
-            outbox.set_field(colouring->field);
+            outbox.set_kind({colouring->field, outbox.kind().compressed});
             hub_.show_fields();
+            push(ok_reply(id));
+        } else if (const auto* compression = std::get_if<command::Compression>(&command)) {
+            outbox.set_kind({outbox.kind().field, compression->on});
             push(ok_reply(id));
         } else if (std::holds_alternative<command::Token>(command)) {
             push(ok_reply(id));
@@ -247,6 +256,7 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
     websocket::stream<beast::tcp_stream> stream_;
     asio::steady_timer close_deadline_;
     ClientId client_;
+    std::string protocol_;
     beast::flat_buffer buffer_;
     bool authorized_;
     bool open_ = false, writing_ = false, closing_ = false, too_large_ = false;

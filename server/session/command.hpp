@@ -14,6 +14,8 @@
 
 namespace tetfront {
 
+using ClientId = std::uint32_t;
+
 namespace command {
 struct Play {};
 struct Pause {};
@@ -98,6 +100,9 @@ struct RecordStop {};
 struct Colouring {
     Field field = Field::none;  // that this client's frames come with
 };
+struct Compression {
+    bool on = false;  // of this client's frames
+};
 struct Token {
     std::string value;
 };
@@ -114,7 +119,7 @@ using Command =
                  command::PullMove, command::PullEnd, command::Gravity, command::Tolerance, command::Budget,
                  command::Seek, command::ForceAdd, command::ForceMove, command::ForceRemove, command::Pin,
                  command::StiffnessScale, command::Damping, command::Order, command::Load, command::Save, command::Restore,
-                 command::RecordStart, command::RecordStop, command::Colouring, command::Token, command::Acknowledge,
+                 command::RecordStart, command::RecordStop, command::Colouring, command::Compression, command::Token, command::Acknowledge,
                  command::Scenes, command::States, command::Recordings>;
 
 /// Why a command changed nothing. `code` is one of the codes in server/PROTOCOL.md.

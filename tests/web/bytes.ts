@@ -1,4 +1,19 @@
 // Messages of server/PROTOCOL.md made by hand, so that no test decodes what the code under test has encoded.
+import { readFileSync } from "node:fs";
+
+/** A golden file, see tests/golden/README.md. */
+export const read = (name: string): ArrayBuffer => {
+  const bytes = readFileSync(new URL(`../golden/${name}`, import.meta.url));
+  return bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength) as ArrayBuffer;
+};
+
+/** Always the same numbers 0..2^32-1 for a seed (xorshift32). */
+export const random = (seed: number) => (): number => {
+  seed ^= seed << 13;
+  seed ^= seed >>> 17;
+  seed ^= seed << 5;
+  return (seed >>>= 0);
+};
 
 interface Header {
   type?: number;

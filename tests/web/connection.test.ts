@@ -4,7 +4,7 @@ import { Connection } from "../../web/src/connection";
 import type { Port } from "../../web/src/connection";
 import type { LinkEvent } from "../../web/src/link";
 import { decodeBinary } from "../../web/src/protocol";
-import type { Hello, Settings } from "../../web/src/messages";
+import type { Capability, Hello, Settings } from "../../web/src/messages";
 import { initialState, isOpen, Store } from "../../web/src/store";
 import type { WorkerRequest } from "../../web/src/worker";
 import { frame } from "./bytes";
@@ -14,11 +14,11 @@ let port: Port & { requests: WorkerRequest[] };
 let connection: Connection;
 const events = { binary: vi.fn(), refused: vi.fn(), interrupted: vi.fn(), told: vi.fn() };
 const emit = (event: LinkEvent) => port.onmessage?.({ data: event } as MessageEvent<LinkEvent>);
-const hello = (name: string, playing = true) =>
+const hello = (name: string, playing = true, capabilities: Capability[] = []) =>
   emit({
     kind: "text",
     message: {
-      ...({ type: "hello", protocol: 1, scene: { name, title: "" }, playing } as unknown as Hello),
+      ...({ type: "hello", protocol: 1, scene: { name, title: "" }, playing, capabilities } as unknown as Hello),
       view: { eye: [0, 0, 0], target: [0, 0, 0], field_of_view: 35, colouring: "stiffness", wireframe: true },
     },
   });
@@ -46,6 +46,24 @@ describe("Connection", () => {
     expect(store.get()).toMatchObject({ colouring: "level", wireframe: false });
     hello("b");
     expect(store.get()).toMatchObject({ colouring: "stiffness", wireframe: true });
+  });
+
+  it.each([
+    ["ws://localhost:8080/ws", false],
+    ["ws://127.0.0.1:8080/ws", false],
+    ["ws://[::1]:8080/ws", false],
+    ["wss://sim.example.org/ws", true],
+    ["ws://192.168.1.7:8080/ws", true],
+  ])("asks for compressed frames of a server on another machine: %s", (url, wanted) => {
+    connection.connect(url);
+    port.requests = [];
+    hello("a", true, ["compress"]);
+    expect(port.requests).toMatchObject(
+      wanted ? [{ kind: "command", command: { command: "compression", value: true } }] : [],
+    );
+    port.requests = [];
+    hello("b"); // an older server
+    expect(port.requests).toEqual([]);
   });
 
   it("numbers commands and tells which one was refused, and where", () => {

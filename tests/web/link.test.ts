@@ -11,7 +11,7 @@ class FalseSocket {
   binaryType = "";
   sent: string[] = [];
   onopen: (() => void) | null = null;
-  onclose: ((event: { code: number }) => void) | null = null;
+  onclose: ((event: { code: number; reason: string }) => void) | null = null;
   onmessage: ((event: { data: unknown }) => void) | null = null;
   constructor(
     readonly url: string,
@@ -29,9 +29,9 @@ class FalseSocket {
   send(text: string) {
     this.sent.push(text);
   }
-  close(code = 1006) {
+  close(code = 1006, reason = "") {
     this.readyState = 3;
-    this.onclose?.({ code });
+    this.onclose?.({ code, reason });
   }
 }
 
@@ -216,5 +216,16 @@ describe("what newer servers ask for", () => {
     expect(FalseSocket.all.length).toBe(1);
     link.connect();
     expect(FalseSocket.all.length).toBe(2);
+  });
+
+  it("gives up on a server of another version, and says why", () => {
+    socket().open();
+    socket().close(1002, "this server speaks tetfront.v3");
+    expect(events.at(-1)).toEqual({
+      kind: "link",
+      link: { status: "incompatible", reason: "this server speaks tetfront.v3: reload the page" },
+    });
+    vi.advanceTimersByTime(60_000);
+    expect(FalseSocket.all.length).toBe(1);
   });
 });

@@ -3,13 +3,9 @@ import { describe, expect, it } from "vitest";
 
 import { encodeCommand, parseText, ProtocolError } from "../../web/src/messages";
 import { decodeBinary, unpack } from "../../web/src/protocol";
-import { colouredFrame, frame, message, model, topology } from "./bytes";
+import { colouredFrame, frame, message, model, read, topology } from "./bytes";
 
 const golden = new URL("../golden/", import.meta.url);
-const read = (name: string): ArrayBuffer => {
-  const bytes = readFileSync(new URL(name, golden));
-  return bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength) as ArrayBuffer;
-};
 
 describe("decodeBinary", () => {
   it("reads a model", () => {

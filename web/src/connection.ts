@@ -28,8 +28,11 @@ interface Waiting {
   answer?: (answer: Answer | null) => void;
 }
 
+const isLoopback = (host: string): boolean => host === "localhost" || host === "[::1]" || /^127(\.\d+){3}$/.test(host);
+
 export class Connection {
   private nextId = 1;
+  private remote = false; // the server is on another machine
   private readonly unanswered = new Map<number, Waiting>();
 
   constructor(
@@ -41,6 +44,7 @@ export class Connection {
   }
 
   connect(url?: string): void {
+    if (url !== undefined) this.remote = !isLoopback(new URL(url).hostname);
     this.port.postMessage(url === undefined ? { kind: "connect" } : { kind: "connect", url });
   }
 
@@ -118,6 +122,8 @@ export class Connection {
   }
 
   private welcome(hello: Hello): void {
+    // On one machine bytes are cheaper than the time to unpack them.
+    if (this.remote && hello.capabilities?.includes("compress")) this.send({ command: "compression", value: true });
     const { hello: last } = this.store.get();
     const other = last?.scene.name !== hello.scene.name;
     if (last && other) this.events.interrupted();

@@ -30,6 +30,7 @@ export interface LinkOptions {
 }
 
 const LOCKED = 4001; // the close code of a server that wants a token
+const PROTOCOL_ERROR = 1002; // of a server that speaks other versions only
 const CONNECT_TIMEOUT = 8000; // [ms]
 
 /** [ms] before attempt 1, 2, ...: short at first, as a restarted server is back within a second; never above 10 s. */
@@ -74,6 +75,7 @@ export class Link {
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
       if (event.code === LOCKED) this.lock();
+      else if (event.code === PROTOCOL_ERROR) this.giveUp(`${event.reason || "the connection broke"}: reload the page`);
       else this.lost();
     };
   }

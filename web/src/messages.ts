@@ -17,7 +17,7 @@ export class ProtocolError extends Error {
 
 // ---------------------------------------------------------------- server to client
 
-export type Capability = "acknowledge" | "colouring" | "edit" | "load" | "record" | "save";
+export type Capability = "acknowledge" | "colouring" | "compress" | "edit" | "load" | "record" | "save";
 
 export interface Hello {
   type: "hello";
@@ -208,6 +208,7 @@ export type Command =
   | { command: "tolerance"; value: number } // 1e-6..1
   | { command: "budget"; tets?: number; milliseconds?: number }
   | { command: "colouring"; value: Colouring }
+  | { command: "compression"; value: boolean } // of the frames to this page
   | ({ command: "force_add"; force: number; value: Vec3 } & SurfacePlace)
   | { command: "force_move"; force: number; value: Vec3 }
   | { command: "force_remove"; force: number }

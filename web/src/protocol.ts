@@ -4,6 +4,7 @@
 //     const message = decodeBinary(event.data);            // throws ProtocolError
 //     if (message.kind === "frame") unpack(message.surface, message.low, message.extent, positions);
 
+import { inflate } from "./inflate";
 import { ProtocolError } from "./messages";
 import type { FieldColouring, Vec3 } from "./messages";
 
@@ -52,7 +53,7 @@ const FIELDS: readonly FieldColouring[] = ["displacement", "strain", "stress", "
 
 export type BinaryMessage = Model | Topology | Frame;
 
-/** Reads one binary message; the arrays are views into `bytes`. Throws ProtocolError when anything does not fit. */
+/** Reads one binary message; the arrays are views into one buffer, `bytes` unless it is compressed. Throws ProtocolError when anything does not fit. */
 export function decodeBinary(bytes: ArrayBuffer): BinaryMessage {
   if (bytes.byteLength < HEADER_BYTES)
     throw new ProtocolError(`a binary message of ${bytes.byteLength} bytes is shorter than its header`);
@@ -101,6 +102,8 @@ export function decodeBinary(bytes: ArrayBuffer): BinaryMessage {
       };
       break;
     }
+    case 5:
+      return decodeBinary(inflate(bytes));
     default:
       throw new ProtocolError(`a binary message has the unknown type ${view.getUint8(0)}`);
   }

@@ -92,6 +92,7 @@ TEST(CommandParser, ReadsWhatConcernsTheServer) {
     accepted<command::RecordStop>(R"({"id": 7, "command": "record_stop"})");
     EXPECT_EQ(accepted<command::Colouring>(R"({"id": 7, "command": "colouring", "value": "strain"})").field, Field::strain);
     EXPECT_EQ(accepted<command::Colouring>(R"({"id": 7, "command": "colouring", "value": "level"})").field, Field::none);
+    EXPECT_TRUE(accepted<command::Compression>(R"({"id": 7, "command": "compression", "value": true})").on);
     EXPECT_EQ(accepted<command::Token>(R"({"id": 7, "command": "token", "value": "secret/?"})").value, "secret/?");
     accepted<command::Scenes>(R"({"id": 7, "command": "scenes"})");
     accepted<command::States>(R"({"id": 7, "command": "states"})");
@@ -187,6 +188,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{R"({"id": 7, "command": "record_start", "fps": 0.5})", "out_of_range", "/fps"},
         Refusal{R"({"id": 7, "command": "record_start", "colouring": "red"})", "out_of_range", "/colouring"},
         Refusal{R"({"id": 7, "command": "colouring", "value": 3})", "wrong_type", "/value"},
+        Refusal{R"({"id": 7, "command": "compression", "value": 1})", "wrong_type", "/value"},
         Refusal{R"({"id": 7, "command": "order", "value": 3})", "out_of_range", "/value"},
         Refusal{R"({"id": 7, "command": "order", "value": 1.5})", "wrong_type", "/value"},
         Refusal{R"({"id": 7, "command": "stiffness_scale", "value": 0})", "out_of_range", "/value"},

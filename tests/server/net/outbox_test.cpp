@@ -9,8 +9,8 @@ namespace {
 
 std::shared_ptr<const Moment> moment(std::uint16_t generation, std::uint32_t epoch, int sequence) {
     return std::make_shared<Moment>(Moment{generation, epoch, share("M" + std::to_string(generation)),
-                                           share("T" + std::to_string(epoch)), share("F" + std::to_string(sequence)),
-                                           static_cast<std::uint32_t>(sequence), {}});
+                                           share("T" + std::to_string(epoch)), static_cast<std::uint32_t>(sequence),
+                                           [sequence](FrameKind) { return share("F" + std::to_string(sequence)); }});
 }
 
 std::string next(Outbox& outbox) {
@@ -118,15 +118,21 @@ TEST(Outbox, MeasuresTheRoundTrip) {
     EXPECT_EQ(outbox.statistics().round_trip, 0.25);
 }
 
-TEST(Outbox, SendsTheFieldThatTheClientWants) {
+TEST(Outbox, SendsTheKindOfFrameThatTheClientWants) {
     Outbox outbox;
-    Moment coloured = *moment(1, 1, 1);
-    coloured.coloured[Field::stress] = share("stress");
-    outbox.set_field(Field::stress);
-    outbox.show(std::make_shared<Moment>(coloured));
-    EXPECT_EQ(drain(outbox), (Messages{"M1", "T1", "stress"}));
-    outbox.show(moment(1, 1, 2));
-    EXPECT_EQ(drain(outbox), (Messages{"F2"})) << "a moment without the values";
+    Moment kinds = *moment(1, 1, 1);
+    kinds.frame = [](FrameKind kind) {
+        return share((kind.field == Field::stress ? "stress" : "plain") + std::string(kind.compressed ? " compressed" : ""));
+    };
+    const auto present = std::make_shared<Moment>(kinds);
+    outbox.show(present);
+    EXPECT_EQ(drain(outbox), (Messages{"M1", "T1", "plain"}));
+    outbox.set_kind({Field::stress, false});
+    outbox.show(present);
+    EXPECT_EQ(drain(outbox), (Messages{"stress"}));
+    outbox.set_kind({Field::stress, true});
+    outbox.show(present);
+    EXPECT_EQ(drain(outbox), (Messages{"stress compressed"}));
 }
 
 TEST(Outbox, ANewHelloForgetsAllFromBeforeButAnswers) {

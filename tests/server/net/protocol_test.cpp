@@ -1,14 +1,18 @@
+#include "server/net/compressed_frame.hpp"
 #include "server/net/protocol.hpp"
 
 #include "tests/support/golden.hpp"
 #include "tests/support/sample_frame.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <numbers>
 
 #include <gtest/gtest.h>
+#include <meshoptimizer.h>
 #include <nlohmann/json.hpp>
 
 namespace tetfront {
@@ -88,6 +92,8 @@ TEST(Protocol, BytesAreGolden) {
     expect_golden("state_v1.json", state_event(sample_state(), 2));
     expect_golden("settings_v1.json", settings_event(sample_state()));
     expect_golden("coloured_frame_v1.bin", encode_frame(*coloured_frame(), 1, 42));
+    expect_golden("compressed_frame_v1.bin", compress_frame(encode_frame(*frame, 1, 42)));
+    expect_golden("compressed_coloured_frame_v1.bin", compress_frame(encode_frame(*coloured_frame(), 1, 42)));
 }
 
 TEST(Protocol, HeaderIsAsDocumented) {
@@ -107,6 +113,37 @@ TEST(Protocol, HeaderIsAsDocumented) {
 
     EXPECT_EQ(encode_model(*frame->model, 1).size(), 32U + 24 + 20);
     EXPECT_EQ(encode_topology(*frame->topology, 3, 1).size(), 32U + 24 + 8 + 4);
+}
+
+TEST(Protocol, CompressedFramesUnpackToThePlainOnes) {
+    auto frame = coloured_frame();
+    for (const std::size_t count : {0U, 1U, 5U, 257U, 5000U}) {
+        frame->surface.clear(), frame->field_values.clear();
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto x = 0.01F * static_cast<float>(i);
+            frame->surface.push_back({x, std::sin(x), std::cos(3 * x)});
+            frame->field_values.push_back(x);
+        }
+        const std::string plain = encode_frame(*frame, 1, 1), bytes = compress_frame(plain);
+        const std::size_t front = frame->front_positions.size(), values = 32 + 24 + 28;
+        EXPECT_EQ(bytes.size() % 4, 0U);
+        EXPECT_EQ(bytes.substr(1, 55), plain.substr(1, 55)) << "header and box";
+        EXPECT_EQ(at<std::uint32_t>(bytes, values), count == 0 ? 0U : 3U);
+        const auto surface_bytes = at<std::uint32_t>(bytes, values + 12), front_bytes = at<std::uint32_t>(bytes, values + 16);
+        const auto* stream = reinterpret_cast<const unsigned char*>(bytes.data()) + values + 20;
+        std::vector<std::array<std::uint16_t, 4>> unpacked(std::max(count, front));
+        if (count > 0) {
+            ASSERT_EQ(meshopt_decodeVertexBuffer(unpacked.data(), count, 8, stream, surface_bytes), 0);
+            for (std::size_t i = 0; i < count; ++i) {
+                EXPECT_EQ(std::memcmp(unpacked[i].data(), plain.data() + 56 + 6 * i, 6), 0) << i;
+                EXPECT_EQ(unpacked[i][3], at<std::uint16_t>(plain, plain.size() - (2 * count + 3) / 4 * 4 + 2 * i)) << i;
+            }
+        }
+        ASSERT_EQ(meshopt_decodeVertexBuffer(unpacked.data(), front, 8, stream + (surface_bytes + 3) / 4 * 4, front_bytes), 0);
+        for (std::size_t i = 0; i < front; ++i)
+            EXPECT_EQ(std::memcmp(unpacked[i].data(), plain.data() + 56 + (6 * count + 3) / 4 * 4 + 6 * i, 6), 0) << i;
+        if (count == 5000) EXPECT_LT(bytes.size(), 0.8 * static_cast<double>(plain.size()));
+    }
 }
 
 TEST(Protocol, PositionsRoundTripWithinHalfAStep) {

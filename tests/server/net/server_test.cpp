@@ -141,7 +141,7 @@ TEST_F(ServerTest, RefusesForeignOriginsHostsAndSubprotocols) {
         {{.host = "evil.example:" + port}, http::status::forbidden},
         {{.host = "127.0.0.1"}, http::status::forbidden},
         {{.protocols = ""}, http::status::bad_request},
-        {{.protocols = "tetfront.v2"}, http::status::bad_request},
+        {{.protocols = "chat"}, http::status::bad_request},
         {{.protocols = "xtetfront.v1"}, http::status::bad_request},
     };
     for (const auto& [join, status] : cases) {
@@ -153,6 +153,18 @@ TEST_F(ServerTest, RefusesForeignOriginsHostsAndSubprotocols) {
     EXPECT_FALSE(
         Client(connect(), host(), {.origin = "http://localhost:" + port, .host = "localhost:" + port}).refused);
     EXPECT_FALSE(Client(connect(), host(), {.protocols = "tetfront.v2, tetfront.v1"}).refused);
+}
+
+TEST_F(ServerTest, AnotherVersionIsClosedWithAReasonThatBrowsersShow) {
+    start();
+    Client newer(connect(), host(), {.protocols = "tetfront.v2"});
+    ASSERT_FALSE(newer.refused) << newer.refused.message();
+    EXPECT_EQ(newer.response[http::field::sec_websocket_protocol], "tetfront.v2") << "or a browser would not open it";
+    newer.send(R"({"id": 1, "command": "pause"})");
+    EXPECT_EQ(newer.closed(), 1002);
+    EXPECT_EQ(newer.stream().reason().reason, "this server speaks tetfront.v1");
+    Client other(connect(), host());
+    EXPECT_EQ(other.command({{"id", 1}, {"command", "pause"}})["type"], "ok");
 }
 
 TEST_F(ServerTest, PingsAndThenDropsASilentViewer) {
