@@ -5,6 +5,7 @@
 #include "server/net/server.hpp"
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -23,7 +24,8 @@ struct ServeOptions {
     std::string scenes, data = default_data_directory().string();
     std::string token_file;
     std::uint64_t recording_megabytes = 1024;
-    int stall_seconds = 10;
+    std::size_t files = Session::Settings{}.files, tets = Session::Settings{}.tets;
+    int stall_seconds = 10, idle_seconds = 20;
     std::string log_level = "info", log_format = "text";
     bool paused = false;
 };
@@ -37,7 +39,9 @@ std::filesystem::path scene_folder(const ServeOptions& options) {
 std::unique_ptr<Session> make_session(const ServeOptions& options) {
     Session::Settings settings{.cache = options.scene.cache(),
                                .library = Library(scene_folder(options), options.data),
-                               .recording_bytes = options.recording_megabytes << 20};
+                               .recording_bytes = options.recording_megabytes << 20,
+                               .files = options.files,
+                               .tets = options.tets};
     if (!is_recording(options.scene.file))
         return std::make_unique<Session>(options.scene.load(), !options.paused, std::move(settings));
     if (!options.scene.settings.empty())
@@ -57,12 +61,22 @@ void set_up_log(const ServeOptions& options) {
 int serve(ServeOptions options) {
     set_up_log(options);
     options.server.token = read_token(options.token_file);
+    options.server.patience = std::chrono::seconds(2);
     options.server.limits.stall = std::chrono::seconds(options.stall_seconds);
+    options.server.idle_timeout = std::chrono::seconds(options.idle_seconds);
     const std::unique_ptr<Session> session = make_session(options);
     WebFiles files = load_web_files(options.web);
     Server server(options.server, std::move(files), *session);
     std::cout << server.url() << std::endl;  // the only line on stdout: scripts read it
-    server.run();
+    try {
+        server.run();
+    } catch (const StillBusy& busy) {
+        // In the middle of meshing, say, which cannot be interrupted. Nothing is lost: connections are closed, files are
+        // written whole or, recordings, frame by frame. Whoever stops a server should not have to wait or kill it.
+        spdlog::warn("{}; ending without it", busy.what());
+        spdlog::shutdown();
+        std::_Exit(exit_ok);
+    }
     return exit_ok;
 }
 
@@ -99,9 +113,14 @@ void add_serve(CLI::App& program, Action& action) {
         ->capture_default_str()
         ->check(CLI::Range(1024, 1024 * 1024));
     command->add_option("--max-recording", options->recording_megabytes, "MiB of one recording")->capture_default_str()->check(whole("1.."));
+    command->add_option("--max-files", options->files, "Recordings that are kept, and saved states")->capture_default_str()->check(whole("1.."));
+    command->add_option("--max-tets", options->tets, "Smallest tets of a scene that clients load")->capture_default_str()->check(whole("1.."));
     command->add_option("--stall-seconds", options->stall_seconds, "/healthz answers 503 when one step takes longer")
         ->capture_default_str()
         ->check(CLI::Range(1, 86'400));
+    command->add_option("--idle-seconds", options->idle_seconds, "A client that is silent for so long is gone; half of it: pinged")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 3600));
     command->add_option("--log-level", options->log_level, "What is logged to stderr")
         ->capture_default_str()
         ->check(CLI::IsMember({"debug", "info", "warning", "error", "off"}));

@@ -45,7 +45,9 @@ struct Server::Impl {
         if (options.signals) {
             signals.add(SIGINT);
             signals.add(SIGTERM);
-            std::signal(SIGHUP, SIG_IGN);  // a terminal that closes does not take the server with it
+            // A terminal that closes, a reader of the log that ends, a file larger than ulimit -f: none takes the server
+            // with it. What is written says so itself.
+            for (const int signal : {SIGHUP, SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
         }
     }
 
@@ -164,7 +166,10 @@ struct Server::Impl {
                 spdlog::error("while serving: {}", e.what());
             }
         }
-        hub.session.stop();
+        if (!options.patience)
+            hub.session.stop();
+        else if (!hub.session.stop_within(*options.patience))
+            throw StillBusy("the simulation thread has not ended within " + std::to_string(options.patience->count()) + " ms");
         if (failure) std::rethrow_exception(failure);
     }
 };

@@ -26,15 +26,26 @@ LiveRecording::LiveRecording(const std::filesystem::path& file, const SessionMod
 }
 
 bool LiveRecording::add(const Frame& frame) {
+    if (status_.frames == 0) start_ = frame.status.time;
+    return write([&](RecordingWriter& writer) {
+        writer.add(frame);
+        status_.frames = writer.frames();
+        status_.seconds = frame.status.time - start_;
+    });
+}
+
+bool LiveRecording::add(const RecordedEvent& event) {
+    return write([&](RecordingWriter& writer) { writer.add(event); });
+}
+
+/// False: it has ended, by an error or at the limit.
+bool LiveRecording::write(const std::function<void(RecordingWriter&)>& what) {
     try {
-        writer_->add(frame);
+        what(*writer_);
     } catch (const OutputError& error) {
         end(error.what());
         return false;
     }
-    if (status_.frames == 0) start_ = frame.status.time;
-    status_.frames = writer_->frames();
-    status_.seconds = frame.status.time - start_;
     status_.bytes = writer_->bytes();
     if (status_.bytes < settings_.most_bytes) return true;
     finish();

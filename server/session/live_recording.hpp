@@ -1,6 +1,6 @@
 #pragma once
-// Records a session while it runs: every so many steps a frame, up to a limit of bytes. A full disk ends the recording,
-// never the session.
+// Records a session while it runs: every so many steps a frame, and what clients do in between, up to a limit of bytes. A full
+// disk ends the recording, never the session.
 //
 //     LiveRecording recording(file, name, model, {.fps = 30, .field = Field::stress, .most_bytes = 1 << 30}, time);
 //     if (recording.due(step)) recording.add(*frame);       // after each step
@@ -10,6 +10,7 @@
 #include "server/session/stage.hpp"
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -40,11 +41,13 @@ class LiveRecording {
     [[nodiscard]] bool due() { return count_++ % stride_ == 0; }
     /// False: it has ended, status() says why.
     bool add(const Frame& frame);
+    bool add(const RecordedEvent& event);
     /// Completes the file.
     void finish();
     [[nodiscard]] const RecordingStatus& status() const { return status_; }
 
  private:
+    bool write(const std::function<void(RecordingWriter&)>& what);
     void end(const std::string& problem);
 
     Settings settings_;

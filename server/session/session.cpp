@@ -2,6 +2,7 @@
 
 #include "engine/base/atomic_file.hpp"
 #include "engine/base/error.hpp"
+#include "server/session/session_errors.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -16,18 +17,6 @@ constexpr auto frame_interval = 15ms;  // a little under 1/60 s, so that 60 step
 constexpr auto state_interval = 100ms;
 constexpr auto rate_window = 500ms;
 constexpr auto largest_lag = 50ms;  // more than this behind real time is dropped
-
-struct BuildStopped {};  // thrown through build_model() by its progress callback
-
-std::string text_of(const std::exception_ptr& error) {
-    try {
-        std::rethrow_exception(error);
-    } catch (const std::exception& e) {
-        return e.what();
-    } catch (...) {
-        return "unknown error";
-    }
-}
 
 }  // namespace
 
@@ -51,6 +40,17 @@ void Session::stop() {
     }
     wake_.notify_all();
     if (thread_.joinable()) thread_.join();
+}
+
+bool Session::stop_within(std::chrono::milliseconds patience) {
+    if (thread_.joinable()) {
+        std::unique_lock lock(mutex_);
+        stopping_ = true;
+        wake_.notify_all();
+        if (!end_.wait_for(lock, patience, [this] { return ended_; })) return false;
+    }
+    stop();
+    return true;
 }
 
 void Session::submit(ClientId client, Command command, Reply reply) {
@@ -102,49 +102,16 @@ void Session::run() {
     for (std::vector<Request> requests; take_requests(requests);) {
         for (Request& request : requests) apply(request);
         requests.clear();
+        if (loading_ && loading_->finished()) end_load();
         step_if_due();
         publish_if_due();
     }
     stop_recording();  // completes its file
-}
-
-bool Session::build() {
-    try {
-        if (scene_) {
-            build_scene(*scene_);
-        } else {
-            make_stage_ = [this] { return play_recording(recording_); };
-            model_ = std::make_shared<const SessionModel>(session_model(*recording_));
-            stage_ = make_stage_();
-        }
-    } catch (const BuildStopped&) {
-        return false;
-    } catch (...) {
-        const std::exception_ptr error = std::current_exception();
-        model_.reset();
-        failure_ = "the model could not be built: " + text_of(error);
-        if (listener_.build_failed) listener_.build_failed(error);
-        return false;
-    }
-    if (listener_.model) listener_.model(model_);
-    return true;
-}
-
-void Session::build_scene(const Scene& scene) {
-    const Progress progress = [this](const std::string& what, double fraction) {
-        {
-            const std::lock_guard lock(mutex_);
-            if (stopping_) throw BuildStopped{};
-        }
-        note_busy();
-        if (listener_.progress) listener_.progress(what, fraction);
-    };
-    note_busy();
-    const auto model = build_model(scene, progress, settings_.cache);
-    auto session = std::make_shared<const SessionModel>(session_model(*model));
-    stage_ = play_simulation(model);
-    make_stage_ = [model] { return play_simulation(model); };
-    model_ = std::move(session);
+    loading_.reset();
+    if (loaded_) loaded_(CommandError{"failed", "", "the server is shutting down"});
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+    end_.notify_all();
 }
 
 void Session::note_busy() { busy_since_ = Clock::now().time_since_epoch().count(); }
@@ -161,12 +128,13 @@ bool Session::take_requests(std::vector<Request>& requests) {
     busy_since_ = 0;
     {
         std::unique_lock lock(mutex_);
-        const auto ready = [this] { return stopping_ || !queue_.empty(); };
+        const auto ready = [this] { return stopping_ || built_ || !queue_.empty(); };
         if (until)
             wake_.wait_until(lock, *until, ready);
         else
             wake_.wait(lock, ready);
         stopping = stopping_;
+        built_ = false;
         std::swap(requests, queue_);
     }
     note_busy();
@@ -194,7 +162,10 @@ void Session::apply(Request& request) {
     if (std::holds_alternative<Disconnect>(request.what)) {
         const auto pulls = pulls_.extract(request.client);
         if (!pulls || !stage_) return;
-        for (const std::uint32_t pull : pulls.mapped()) stage_->end_pull(pull_id(request.client, pull));
+        for (const std::uint32_t pull : pulls.mapped()) {
+            stage_->end_pull(pull_id(request.client, pull));
+            record_event(request.client, command::PullEnd{pull});
+        }
         frame_dirty_ = true;
         return;
     }
@@ -204,15 +175,16 @@ void Session::apply(Request& request) {
         frame_dirty_ = true;
         return;
     }
+    if (const auto* command = std::get_if<Command>(&request.what))
+        if (const auto* load = std::get_if<command::Load>(command)) return begin_load(*load, std::move(request.reply));
     std::optional<CommandError> error;
     try {
         error = apply(request.client, std::get<Command>(request.what));
-    } catch (const BuildStopped&) {
-        error = CommandError{"failed", "", "the server is shutting down"};
+        if (!error) record_event(request.client, std::get<Command>(request.what));
     } catch (const OutputError& e) {
         error = CommandError{"failed", "", e.what()};
     } catch (const InputError& e) {
-        error = CommandError{"failed", e.where, e.problem + (e.remedy.empty() ? "" : "; " + e.remedy)};
+        error = refusal(e);
     } catch (...) {
         break_down(text_of(std::current_exception()));
         error = CommandError{"failed", "", failure_};

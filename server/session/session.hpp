@@ -2,6 +2,8 @@
 // A live simulation, or a recording that is played, on a thread of its own. The thread owns the Stage; everyone else sends commands, which are
 // applied between steps, and receives immutable Frames.
 //
+// Another scene is built beside it while it goes on, and then takes its place.
+//
 // It keeps pace with real time times `speed` when the machine can, and drops the lag when it cannot, so that it never
 // falls into a spiral; `steps_per_second` tells what it reached. While paused without commands the thread sleeps.
 //
@@ -16,10 +18,10 @@
 #include "server/session/command.hpp"
 #include "server/session/library.hpp"
 #include "server/session/live_recording.hpp"
+#include "server/session/scene_build.hpp"
 #include "server/session/stage.hpp"
 
 #include <atomic>
-
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -35,8 +37,6 @@
 #include <vector>
 
 namespace tetfront {
-
-using ClientId = std::uint32_t;
 
 /// The numbers of the moment that the last published frame shows.
 struct SessionState {
@@ -63,9 +63,11 @@ struct Shots {
 };
 
 struct SessionSettings {
-    CacheSettings cache = {};  // for build_model; its warnings come on the simulation thread
+    CacheSettings cache = {};  // for build_model; its warnings come on the thread that builds
     Library library = {};      // scenes that may be loaded, and where recordings are kept
     std::uint64_t recording_bytes = std::uint64_t{1} << 30;  // of one recording
+    std::size_t files = 1000;  // recordings that are kept, and saved states
+    std::size_t tets = 4'000'000;  // the smallest ones of a scene that clients load
 };
 
 class Session {
@@ -73,7 +75,8 @@ class Session {
     /// Called on the simulation thread, one at a time, never after stop() has returned. They must not block and must
     /// not throw. Any may be empty.
     struct Listener {
-        Progress progress = {};                                        // while the model is being built
+        /// While a model is being built; a fraction of 1 says that this is over. Of another scene: on the thread that builds.
+        Progress progress = {};
         std::function<void(std::shared_ptr<const SessionModel>)> model = {};  // before the first frame, and of each scene
         std::function<void(const Shots&)> frame = {};                  // at most about 60 a second
         std::function<void(const SessionState&)> state = {};           // on a change, and 10 a second while stepping
@@ -97,6 +100,8 @@ class Session {
     void start(Listener listener);
     /// Ends the thread after the step (or stage of the build) that it is in; waiting commands are answered `failed`.
     void stop();
+    /// The same, but waits for so long at most. False: the thread still works, and stop() has to be called once more.
+    bool stop_within(std::chrono::milliseconds patience);
 
     /// Any thread. Pull numbers of different clients never meet.
     void submit(ClientId client, Command command, Reply reply);
@@ -132,6 +137,7 @@ class Session {
     bool build();
     /// Throws what build_model does, and BuildStopped.
     void build_scene(const Scene& scene);
+    void use(const std::shared_ptr<const Model>& model);
     void note_busy();
     bool take_requests(std::vector<Request>& requests);
     [[nodiscard]] std::optional<Clock::time_point> deadline() const;
@@ -141,13 +147,15 @@ class Session {
     std::optional<CommandError> apply(ClientId client, const Command& command);
     void apply_settings();
     void edit(const std::function<void(Edits&)>& change);
-    std::optional<CommandError> load(const command::Load& wanted);
+    void begin_load(const command::Load& wanted, Reply reply);
+    void end_load();
     std::optional<CommandError> save(const command::Save& wanted);
     std::optional<CommandError> restore(const command::Restore& wanted);
     std::optional<CommandError> start_recording(const command::RecordStart& wanted);
     void stop_recording();
     void set_playing(bool playing);
     void record();
+    void record_event(ClientId client, const Command& command);
     void step_if_due();
     void publish_if_due();
     void publish_frame();
@@ -162,10 +170,12 @@ class Session {
     Listener listener_;
     std::thread thread_;
 
-    std::mutex mutex_;  // guards the three below
-    std::condition_variable wake_;
+    std::mutex mutex_;  // guards the five below
+    std::condition_variable wake_, end_;
     std::vector<Request> queue_;
     bool stopping_ = false;
+    bool built_ = false;  // loading_ has finished
+    bool ended_ = false;  // the thread calls nobody any more
 
     // Owned by the simulation thread.
     std::shared_ptr<const SessionModel> model_;
@@ -180,6 +190,8 @@ class Session {
     Edits edits_;
     std::set<Field> fields_;
     std::unique_ptr<LiveRecording> recorder_;
+    std::unique_ptr<SceneBuild> loading_;  // another scene
+    Reply loaded_;                         // to the command that asked for it
     bool playing_;
     double speed_ = 1;
     int pending_steps_ = 0;

@@ -4,6 +4,7 @@
 #include "engine/base/error.hpp"
 #include "engine/base/overloaded.hpp"
 #include "engine/simulation/snapshot.hpp"
+#include "server/session/command_json.hpp"
 #include "server/session/saved_state.hpp"
 
 #include <algorithm>
@@ -30,12 +31,16 @@ std::string dated_name(const std::string& scene) {
     return name + std::string(text, length);
 }
 
+CommandError too_many_files(const char* what) {
+    return {"too_many", "", std::string("the server keeps as many ") + what + " as it may; its operator can remove some"};
+}
+
 }  // namespace
 
 std::optional<CommandError> Session::apply(ClientId client, const Command& command) {
     if (!model_) return CommandError{"failed", "", failure_};
     if (std::holds_alternative<command::Reset>(command)) restart();
-    if (!stage_ && !std::holds_alternative<command::Load>(command)) return CommandError{"failed", "", failure_};
+    if (!stage_) return CommandError{"failed", "", failure_};
     frame_dirty_ = state_dirty_ = true;
 
     using Result = std::optional<CommandError>;
@@ -152,7 +157,6 @@ std::optional<CommandError> Session::apply(ClientId client, const Command& comma
                        state_urgent_ = true;
                        return {};
                    },
-                   [&](const command::Load& wanted) { return load(wanted); },
                    [&](const command::Save& wanted) { return save(wanted); },
                    [&](const command::Restore& wanted) { return restore(wanted); },
                    [&](const command::RecordStart& wanted) { return start_recording(wanted); },
@@ -190,30 +194,14 @@ void Session::edit(const std::function<void(Edits&)>& change) {
     state_urgent_ = true;
 }
 
-std::optional<CommandError> Session::load(const command::Load& wanted) {
-    if (!settings_.library.has_scenes()) return CommandError{"failed", "", "no scenes are served; start the server with --scenes"};
-    const auto names = settings_.library.scenes();
-    if (std::ranges::find(names, wanted.scene, &Library::SceneEntry::name) == names.end())
-        return CommandError{"unknown_name", "/scene", "is not a scene that is served; see the command scenes"};
-    build_scene(settings_.library.load(wanted.scene));  // or throws, and the present scene goes on
-    stop_recording();
-    pulls_.clear();
-    gravity_.reset(), tolerance_.reset(), budget_.reset(), order_.reset();
-    edits_ = {};
-    recording_.reset();
-    failure_.clear();
-    set_playing(playing_);
-    if (listener_.model) listener_.model(model_);
-    return {};
-}
-
 std::optional<CommandError> Session::save(const command::Save& wanted) {
     if (!settings_.library.keeps()) return CommandError{"failed", "", "nothing is kept here; start the server with --data"};
     if (!is_plain_name(wanted.name + ".tfs")) return CommandError{"out_of_range", "/name", "is too long; use at most 60 characters"};
     if (find(settings_.library.states(), wanted.name + ".tfs"))
         return CommandError{"failed", "/name", "is there already; use another name"};
+    if (settings_.library.states().size() >= settings_.files) return too_many_files("saved states");
     write_saved_state(settings_.library.new_state(wanted.name), {.scene = model_->scene.name,
-                                                                 .time = stage_->frame(0, Field::none)->status.time,
+                                                                 .time = stage_->time(),
                                                                  .order = order_.value_or(model_->scene.front.order),
                                                                  .edits = edits_,
                                                                  .snapshot = stage_->save_state()});
@@ -256,6 +244,7 @@ std::optional<CommandError> Session::start_recording(const command::RecordStart&
     if (!is_plain_name(name + ".tfr")) return CommandError{"out_of_range", "/name", "is too long; use at most 60 characters"};
     if (find(settings_.library.recordings(), name + ".tfr"))
         return CommandError{"failed", "/name", "is there already; use another name"};
+    if (settings_.library.recordings().size() >= settings_.files) return too_many_files("recordings");
     recorder_ = std::make_unique<LiveRecording>(settings_.library.new_recording(name), *model_,
                                                 LiveRecording::Settings{.fps = wanted.fps,
                                                                         .field = wanted.field,
@@ -270,6 +259,13 @@ void Session::stop_recording() {
     if (!recorder_ || !recorder_->status().active) return;
     recorder_->finish();
     state_urgent_ = true;
+}
+
+/// What a client has just done, so that the recording says why the object moves as it does.
+void Session::record_event(ClientId client, const Command& command) {
+    if (!recorder_ || !recorder_->status().active) return;
+    if (const auto json = recorded_json(client, command))
+        if (!recorder_->add(RecordedEvent{stage_->time(), *json})) state_urgent_ = true;
 }
 
 /// After each step.

@@ -16,10 +16,14 @@ class SimulationStage : public Stage {
     explicit SimulationStage(const std::shared_ptr<const Model>& model) : simulation_(model) {}
 
     bool step() override {
-        simulation_.step();
+        time_ = simulation_.step().time;
         return true;
     }
-    void reset() override { simulation_.reset(); }
+    void reset() override {
+        simulation_.reset();
+        time_ = 0;
+    }
+    [[nodiscard]] double time() const override { return time_; }
     std::shared_ptr<const Frame> frame(double steps_per_second, Field field) override {
         return simulation_.frame(steps_per_second, field);
     }
@@ -32,12 +36,16 @@ class SimulationStage : public Stage {
     void set_tolerance(double tolerance) override { simulation_.set_tolerance(tolerance); }
     void set_budget(std::size_t tets, double milliseconds) override { simulation_.set_budget(tets, milliseconds); }
     [[nodiscard]] std::string save_state() const override { return simulation_.snapshot(); }
-    void restore_state(std::string_view state, const std::string& name) override { simulation_.restore(state, name); }
+    void restore_state(std::string_view state, const std::string& name) override {
+        simulation_.restore(state, name);
+        time_ = simulation_.frame()->status.time;
+    }
     void set_order(int order) override { simulation_.set_order(order); }
     void set_edits(const Edits& edits) override { simulation_.set_edits(edits); }
 
  private:
     Simulation simulation_;
+    double time_ = 0;  // [s]
 };
 
 class RecordingStage : public Stage {
@@ -50,6 +58,7 @@ class RecordingStage : public Stage {
         return true;
     }
     void reset() override { at_ = 0; }
+    [[nodiscard]] double time() const override { return recording_->time(at_); }
     void seek(double time) override {
         std::size_t low = 0, high = recording_->frame_count();  // the last frame of [low, high) not after `time`, or low
         while (high - low > 1) {

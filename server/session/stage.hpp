@@ -38,6 +38,8 @@ class Stage {
     virtual void reset() = 0;
     /// To the last frame not after a moment [s]. Throws InputError for a simulation.
     virtual void seek(double time);
+    /// [s] simulated.
+    [[nodiscard]] virtual double time() const = 0;
     /// The present moment. A recording has the field that was recorded, whichever is asked for.
     virtual std::shared_ptr<const Frame> frame(double steps_per_second, Field field) = 0;
 

@@ -69,6 +69,7 @@ class ChildProcess {
         return line;
     }
     void signal(int number) const { ::kill(pid_, number); }
+    [[nodiscard]] pid_t pid() const { return pid_; }
     /// The rest of its output, once it has ended. Its stderr must fit into a pipe (64 KiB).
     Result wait() {
         Result result;

@@ -1,5 +1,6 @@
 // Commands that change what is simulated or shown, from the wire to the frames.
 
+#include "server/net/compressed_frame.hpp"
 #include "tests/server/net/client.hpp"
 
 namespace tetfront {
@@ -47,6 +48,25 @@ TEST_F(CommandsTest, ColouringAddsValuesForThisClientAlone) {
     EXPECT_EQ(coloured.command({{"id", 3}, {"command", "colouring"}, {"value", "level"}})["type"], "ok");
     plain.command({{"id", 4}, {"command", "step"}});
     EXPECT_EQ(coloured.until([](const Message& m) { return is_frame(m) && m.at<double>(16) > 0.06; }).type(), 3);
+}
+
+TEST_F(CommandsTest, CompressesTheFramesOfThisClientAlone) {
+    start();
+    Client plain(connect(), host()), small(connect(), host());
+    small.until(is_frame);
+    EXPECT_EQ(small.command({{"id", 1}, {"command", "compression"}, {"value", true}})["type"], "ok");
+    const auto one_step = [&](int id) { plain.command({{"id", id}, {"command", "step"}}); };
+    const auto at = [](const Message& m, double time) { return m.type() >= 3 && std::abs(m.at<double>(16) - time) < 1e-9; };
+    one_step(1);
+    const Message wanted = plain.until([&](const Message& m) { return at(m, 1.0 / 60); });
+    EXPECT_EQ(wanted.type(), 3);
+    EXPECT_EQ(small.until([&](const Message& m) { return at(m, 1.0 / 60); }).bytes, compress_frame(wanted.bytes));
+    EXPECT_EQ(small.command({{"id", 2}, {"command", "colouring"}, {"value", "stress"}})["type"], "ok");
+    const auto coloured = small.until([](const Message& m) { return m.type() == 5 && m.at<std::uint32_t>(56) == 3; });
+    EXPECT_GT(coloured.at<float>(60), 0);
+    EXPECT_EQ(small.command({{"id", 3}, {"command", "compression"}, {"value", false}})["type"], "ok");
+    one_step(2);
+    EXPECT_EQ(small.until([&](const Message& m) { return at(m, 2.0 / 60); }).type(), 4);
 }
 
 TEST_F(CommandsTest, EditsAreSharedAndSurviveTheirClient) {
@@ -128,7 +148,9 @@ TEST_F(CommandsTest, ListsAndLoadsScenes) {
     for (const Json& scene : list["scenes"]) EXPECT_NE(scene["name"], "none");
     EXPECT_EQ(client.command({{"id", 2}, {"command", "load"}, {"scene", "none"}})["code"], "unknown_name");
     EXPECT_EQ(client.command({{"id", 3}, {"command", "load"}, {"scene", "../small"}})["code"], "out_of_range");
-    EXPECT_EQ(client.command({{"id", 4}, {"command", "load"}, {"scene", "bad"}})["type"], "error");
+    const Json missing = client.command({{"id", 4}, {"command", "load"}, {"scene", "bad"}});
+    EXPECT_EQ(missing["code"], "failed");
+    EXPECT_NE(missing["message"].get<std::string>().find("missing.obj"), std::string::npos) << "names the mesh: " << missing;
     EXPECT_EQ(client.command({{"id", 5}, {"command", "step"}})["type"], "ok") << "the first scene goes on";
     EXPECT_EQ(client.command({{"id", 6}, {"command", "stiffness_scale"}, {"value", 2}})["type"], "ok");
     client.send(R"({"id": 7, "command": "load", "scene": "small"})");
@@ -145,6 +167,132 @@ TEST_F(CommandsTest, ListsAndLoadsScenes) {
     }
     EXPECT_EQ(other.command({{"id", 1}, {"command", "step"}, {"count", 2}})["type"], "ok");
     other.until([](const Message& m) { return m.text && m.json["type"] == "state" && m.json["step"] == 2; });
+}
+
+TEST_F(CommandsTest, TheSimulationGoesOnWhileAnotherSceneIsBuilt) {
+    scenes_.write("large.json", R"({"schema_version": 1, "up": "z", "title": "Large",
+        "mesh": {"box": {"low": [0, 0, 0], "high": [1, 1, 1], "cells": [6, 6, 6]}}, "levels": 2,
+        "material": {"density": 1000, "poisson": 0.3, "young": 1e5}})");
+    start_with_library(true);
+    Client client(connect(), host());
+    client.until(is_frame);
+    client.send(R"({"id": 1, "command": "load", "scene": "large"})");
+    client.until([](const Message& m) { return m.text && m.json["type"] == "progress"; });
+    EXPECT_EQ(client.command({{"id", 2}, {"command", "speed"}, {"value", 2}})["type"], "ok") << "answered before the load";
+    EXPECT_EQ(client.command({{"id", 3}, {"command", "load"}, {"scene", "small"}})["code"], "failed") << "one at a time";
+    const Message frame = client.until(is_frame);
+    EXPECT_EQ(frame.at<std::uint16_t>(2), 1) << "of the present scene";
+    bool loaded = false, ready = false;
+    for (std::uint32_t frames = 0; !(loaded && ready);) {
+        const Message m = client.read();
+        frames += is_frame(m);
+        if (!m.text) continue;
+        if (m.json["type"] == "ok") loaded = true;
+        if (m.json["type"] == "hello") {
+            ready = true;
+            EXPECT_EQ(m.json["scene"]["title"], "Large");
+            EXPECT_EQ(m.json["speed"], 2.0);
+        }
+    }
+    EXPECT_EQ(client.until(is_frame).at<std::uint16_t>(2), 2);
+}
+
+TEST_F(CommandsTest, AServerStopsWhileASceneIsBuilt) {
+    scenes_.write("large.json", R"({"schema_version": 1, "up": "z",
+        "mesh": {"box": {"low": [0, 0, 0], "high": [1, 1, 1], "cells": [6, 6, 6]}}, "levels": 2,
+        "material": {"density": 1000, "poisson": 0.3, "young": 1e5}})");
+    start_with_library(true);
+    Client client(connect(), host());
+    client.until(is_frame);
+    client.send(R"({"id": 1, "command": "load", "scene": "large"})");
+    client.until([](const Message& m) { return m.text && m.json["type"] == "progress"; });
+    std::thread stopper([this] { stop(); });
+    EXPECT_EQ(client.closed(), 1001);
+    stopper.join();
+    EXPECT_FALSE(failure_);
+}
+
+TEST_F(CommandsTest, ScenesAreBounded) {
+    start(false, {}, box_scene(), {.library = Library(scenes_.path(), data_.path()), .tets = 20});
+    Client client(connect(), host());
+    client.until(is_frame);
+    client.send(R"({"id": 1, "command": "load", "scene": "small"})");
+    Json refusal, over;
+    while (refusal.is_null() || over.is_null()) {  // in either order
+        const Message m = client.read();
+        if (m.text && m.json["type"] == "error") refusal = m.json;
+        if (m.text && m.json["type"] == "progress" && m.json["fraction"] == 1.0) over = m.json;
+    }
+    EXPECT_EQ(refusal["code"], "failed");
+    EXPECT_EQ(refusal["pointer"], "/levels");
+    EXPECT_NE(refusal["message"].get<std::string>().find("this server loads scenes of 20 at most"), std::string::npos) << refusal;
+}
+
+TEST_F(CommandsTest, FilesAreBounded) {
+    start(false, {}, box_scene(), {.library = Library(scenes_.path(), data_.path()), .files = 1});
+    Client client(connect(), host());
+    client.until(is_frame);
+    for (const auto& [start, end] : {std::pair("record_start", "record_stop"), std::pair("save", "states")}) {
+        EXPECT_EQ(client.command({{"id", 1}, {"command", start}, {"name", "one"}})["type"], "ok");
+        EXPECT_EQ(client.command({{"id", 2}, {"command", end}})["type"], "ok");
+        const Json refusal = client.command({{"id", 3}, {"command", start}, {"name", "two"}});
+        EXPECT_EQ(refusal["code"], "too_many") << refusal;
+    }
+    EXPECT_EQ(Library({}, data_.path()).recordings().size(), 1U);
+    EXPECT_EQ(Library({}, data_.path()).states().size(), 1U);
+}
+
+TEST_F(CommandsTest, ARecordingKeepsWhatWasDoneMeanwhile) {
+    start_with_library();
+    Client client(connect(), host());
+    client.until(is_frame);
+    int id = 0;
+    const auto done = [&](Json command) {
+        command["id"] = ++id;
+        EXPECT_EQ(client.command(command)["type"], "ok") << command;
+    };
+    done({{"command", "gravity"}, {"value", {0, 0, -1}}});  // before it
+    done({{"command", "record_start"}, {"name", "run"}, {"fps", 60}});
+    std::vector<Json> commands = {{{"command", "gravity"}, {"value", {0.0, 0.0, -2.0}}},
+                                  {{"command", "tolerance"}, {"value", 0.5}},
+                                  {{"command", "budget"}, {"tets", 1000}, {"milliseconds", 5.0}},
+                                  place({{"command", "force_add"}, {"force", 7}, {"value", {0.0, 0.0, 5.0}}}),
+                                  {{"command", "force_move"}, {"force", 7}, {"value", {0.0, 0.0, 9.0}}},
+                                  {{"command", "force_remove"}, {"force", 7}},
+                                  place({{"command", "pin"}, {"radius", 0.5}}),
+                                  place({{"command", "unpin"}, {"radius", 0.25}}),
+                                  {{"command", "stiffness_scale"}, {"value", 2.0}},
+                                  {{"command", "damping"}, {"mass", 1.0}, {"stiffness", 0.5}},
+                                  {{"command", "order"}, {"value", 1}},
+                                  place({{"command", "pull_begin"}, {"pull", 3}, {"target", {1.0, 0.0, 2.0}}}),
+                                  {{"command", "pull_move"}, {"pull", 3}, {"target", {1.0, 0.0, 3.0}}}};
+    for (const Json& command : commands) done(command);
+    done({{"command", "speed"}, {"value", 2}});  // changes nothing that is simulated
+    EXPECT_EQ(client.command({{"id", 99}, {"command", "gravity"}, {"value", {0, 0, 1e9}}})["type"], "error");
+    done({{"command", "step"}, {"count", 3}});
+    client.until([](const Message& m) { return m.text && m.json["type"] == "state" && m.json["step"] == 3; });
+    {
+        Client other(connect(), host());  // pulls, and leaves
+        other.until(is_frame);
+        other.command(place({{"id", 1}, {"command", "pull_begin"}, {"pull", 3}, {"target", {0.0, 0.0, 0.0}}}));
+    }
+    client.until([](const Message& m) { return is_frame(m) && m.at<std::uint32_t>(28) == 2; });
+    client.until([](const Message& m) { return is_frame(m) && m.at<std::uint32_t>(28) == 1; });
+    done({{"command", "record_stop"}});
+
+    const Recording recording(data_.path() / "recordings" / "run.tfr");
+    ASSERT_EQ(recording.events().size(), commands.size() + 2);
+    for (std::size_t i = 0; i < commands.size(); ++i) {
+        Json event = Json::parse(recording.events()[i].json);
+        if (event.contains("pull")) EXPECT_EQ(event["client"], 1);
+        event.erase("client");
+        EXPECT_EQ(recording.events()[i].time, 0);
+        EXPECT_EQ(event, commands[i]);
+    }
+    const RecordedEvent& begin = recording.events()[commands.size()];
+    EXPECT_EQ(Json::parse(begin.json)["client"], 2) << "the same number of another client";
+    EXPECT_NEAR(begin.time, 3.0 / 60, 1e-12);
+    EXPECT_EQ(Json::parse(recording.events().back().json), Json({{"command", "pull_end"}, {"client", 2}, {"pull", 3}}));
 }
 
 TEST_F(CommandsTest, RecordsAndOffersTheFile) {
@@ -244,7 +392,7 @@ TEST_F(CommandsTest, WithoutALibraryNothingIsLoadedOrKept) {
     start();
     Client client(connect(), host());
     const Json hello = client.event("hello");
-    EXPECT_EQ(hello["capabilities"], Json({"acknowledge", "colouring", "edit"}));
+    EXPECT_EQ(hello["capabilities"], Json({"acknowledge", "colouring", "compress", "edit"}));
     EXPECT_EQ(client.command({{"id", 1}, {"command", "load"}, {"scene", "small"}})["code"], "failed");
     EXPECT_EQ(client.command({{"id", 2}, {"command", "record_start"}})["code"], "failed");
     EXPECT_EQ(client.command({{"id", 3}, {"command", "scenes"}})["scenes"], Json::array());
