@@ -30,9 +30,12 @@ double dot(const DofVector& a, const DofVector& b) {
     return sum;
 }
 
-/// A linearised step that is not sound, or touches the ground, goes on until the residual has fallen to this part, or so many times.
+/// A linearised step that is not sound goes on until the residual has fallen to this part, or so many times.
 constexpr double rescue_tolerance = 1e-2;
 constexpr int rescue_iterations = 30;
+/// One that touches the ground so many times, with linear solves to this; then it has to be sound only, as a linearised one.
+constexpr int contact_iterations = 12;
+constexpr double contact_forcing = 1e-2;
 /// Armijo's condition, and the curvature that is good enough where there is no exact potential.
 constexpr double least_decrease = 1e-4, enough_flattening = 0.5;
 constexpr double potential_rounding = 1e-12;
@@ -49,7 +52,7 @@ void Implicit::build(const Front& front, const ElementSet& elements, const TetMa
     matrix_.build(front, elements, pinned);
     preconditioner_.build(front, materials, pinned, matrix_);
     const std::size_t n = front.tree().vertex_count();
-    for (PerVertex<Vec3>* field : {&base_x_, &base_v_, &trial_x_, &trial_v_, &inertia_, &nodal_}) field->resize(n);
+    for (PerVertex<Vec3>* field : {&base_x_, &base_v_, &trial_x_, &trial_v_, &inertia_, &nodal_, &point_diagonal_}) field->resize(n);
     fixed_.clear();
     for (VertexId v : front.vertices())
         if (front.state(v) == VertexState::free && pinned[v]) fixed_.push_back(v);
@@ -129,14 +132,23 @@ void Implicit::assemble(const Problem& p) {
     const double h = p.h;
     const auto nodes = static_cast<std::size_t>(p.front.nodes_per_tet());
     matrix_.fill(p.elements);
-    for (const PointSpring& s : p.loads.springs)
-        matrix_.add_point({s.at.nodes.data(), nodes}, {s.at.weights.data(), nodes}, (h * h * s.stiffness + h * s.damping) * Mat3::Identity());
+    const bool points = !p.loads.springs.empty() || !p.loads.contacts.empty();
+    if (points)
+        for (VertexId v : p.front.vertices()) point_diagonal_[v].setZero();
+    const auto add = [&](const Front::Point& at, const Mat3& block) {
+        matrix_.add_point({at.nodes.data(), nodes}, {at.weights.data(), nodes}, block);
+        add_at(at, p.front.nodes_per_tet(), block.diagonal(), point_diagonal_);
+    };
+    for (const PointSpring& s : p.loads.springs) add(s.at, (h * h * s.stiffness + h * s.damping) * Mat3::Identity());
     for (const PointContact& c : p.loads.contacts) {
         const int count = p.front.nodes_per_tet();
         const Mat3 block = c.tangent(value_at(c.at, count, trial_x_), value_at(c.at, count, trial_v_), h);
-        if (!block.isZero(0)) matrix_.add_point({c.at.nodes.data(), nodes}, {c.at.weights.data(), nodes}, block);
+        if (!block.isZero(0)) add(c.at, block);
     }
-    preconditioner_.update(matrix_, h * h, 1, h);
+    // Quadratic shape functions are negative in places; a diagonal is not.
+    if (points)
+        for (VertexId v : p.front.vertices()) point_diagonal_[v] = point_diagonal_[v].cwiseMax(0);
+    preconditioner_.update(matrix_, h * h, 1, h, points ? &point_diagonal_ : nullptr);
 }
 
 /// Newton's update for right_, a direction of descent. False: there is none.
@@ -249,16 +261,20 @@ ImplicitReport Implicit::step(const Front& front, ElementSet& elements, State& s
     ceiling_ = standing_potential(p, state);
     Trial trial = evaluate(p, true);
     // A linearised step does not see contact begin or end.
-    const bool contact = !loads.contacts.empty();
-    int iterations = contact ? std::max(settings.newton_iterations, rescue_iterations) : settings.newton_iterations;
-    const double tolerance = contact && settings.newton_iterations == 1 ? rescue_tolerance : settings.newton_tolerance;
+    const bool contact = std::ranges::any_of(loads.contacts, [&](const PointContact& c) {
+        return c.pressing > 0 || c.depth(value_at(c.at, front.nodes_per_tet(), trial_x_)) > 0;
+    });
+    const bool rough = contact && settings.newton_iterations == 1;
+    const double tolerance = rough ? rescue_tolerance : settings.newton_tolerance;
+    if (rough) settings.pcg.tolerance = std::max(settings.pcg.tolerance, contact_forcing);
+    int iterations = rough ? contact_iterations : settings.newton_iterations;
     const double first_norm = trial.norm;
     double floor = 0, goal = 0;
     for (int iteration = 0; trial.norm != 0; ++iteration) {
         if (!trial.finite()) return failed(report);
         if (iteration > 0 && trial.norm <= goal) break;
         if (iteration >= iterations) {
-            report.converged = false;
+            report.converged = report.converged && rough;
             break;
         }
         assemble(p);

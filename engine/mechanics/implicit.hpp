@@ -99,7 +99,7 @@ class Implicit {
     Multilevel preconditioner_;
     Pcg pcg_;
     std::vector<VertexId> fixed_;  // free but pinned vertices of the front
-    PerVertex<Vec3> base_x_, base_v_, trial_x_, trial_v_, inertia_, nodal_;
+    PerVertex<Vec3> base_x_, base_v_, trial_x_, trial_v_, inertia_, nodal_, point_diagonal_;
     double ceiling_ = 0;  // [J] of the potential of a sound step
     DofVector right_, update_, start_;  // minus the residual; Newton's update; velocities that a line search starts from
 };

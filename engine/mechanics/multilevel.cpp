@@ -27,6 +27,7 @@ void Multilevel::build(const Front& front, const TetMaterials& materials, const 
                        const BlockMatrix& matrix) {
     const TetTree& tree = front.tree();
     const auto& vertices = front.vertices();
+    vertices_ = vertices;
     slot_.resize(tree.vertex_count());
     for (std::size_t s = 0; s < vertices.size(); ++s) slot_[vertices[s]] = static_cast<std::int32_t>(s);
     ends_.resize(vertices.size());
@@ -105,18 +106,29 @@ void Multilevel::add_level_diagonals(const Front& front, const TetMaterials& mat
     }
 }
 
-void Multilevel::update(const BlockMatrix& matrix, double stiffness_scale, double mass_scale, double damping_scale) {
+void Multilevel::restrict_level(std::size_t l) const {
+    for (std::size_t s = level_end_[l]; s-- > level_end_[l - 1];) {
+        const Vec3 half = 0.5 * fine_[s];
+        fine_[static_cast<std::size_t>(ends_[s][0])] += half;
+        fine_[static_cast<std::size_t>(ends_[s][1])] += half;
+    }
+}
+
+void Multilevel::update(const BlockMatrix& matrix, double stiffness_scale, double mass_scale, double damping_scale,
+                        const PerVertex<Vec3>* points) {
     jacobi_.build(matrix);
     inverse_.resize(diagonal_.size());
     coarse_.resize(diagonal_.size());
     fine_.resize(ends_.size());
-    for (std::size_t l = 0; l < diagonal_.size(); ++l) {
+    for (std::size_t s = 0; s < fine_.size(); ++s) fine_[s] = points != nullptr ? (*points)[vertices_[s]] : Vec3(Vec3::Zero());
+    for (std::size_t l = diagonal_.size(); l-- > 0;) {
+        if (points != nullptr) restrict_level(l + 1);
         inverse_[l].resize(diagonal_[l].size());
         coarse_[l].resize(diagonal_[l].size());
         for (std::size_t s = 0; s < diagonal_[l].size(); ++s) {
             const double d = stiffness_scale * diagonal_[l][s].stiffness + mass_scale * diagonal_[l][s].mass +
                              damping_scale * diagonal_[l][s].damping;
-            inverse_[l][s] = fixed_[s] || !(d > 0) ? 0 : 1 / d;
+            inverse_[l][s] = fixed_[s] || !(d > 0) ? Vec3(Vec3::Zero()) : (fine_[s].array() + d).inverse().matrix();
         }
     }
 }
@@ -126,12 +138,8 @@ void Multilevel::apply(const DofVector& r, DofVector& z) const {
     if (diagonal_.empty()) return;
     for (std::size_t s = 0; s < fine_.size(); ++s) fine_[s] = dof_[s] >= 0 ? r[static_cast<std::size_t>(dof_[s])] : Vec3(Vec3::Zero());
     for (std::size_t l = diagonal_.size(); l-- > 0;) {
-        for (std::size_t s = level_end_[l + 1]; s-- > level_end_[l];) {
-            const Vec3 half = 0.5 * fine_[s];
-            fine_[static_cast<std::size_t>(ends_[s][0])] += half;
-            fine_[static_cast<std::size_t>(ends_[s][1])] += half;
-        }
-        for (std::size_t s = 0; s < level_end_[l]; ++s) coarse_[l][s] = inverse_[l][s] * fine_[s];
+        restrict_level(l + 1);
+        for (std::size_t s = 0; s < level_end_[l]; ++s) coarse_[l][s] = inverse_[l][s].cwiseProduct(fine_[s]);
     }
     DofVector& y = fine_;
     for (std::size_t s = 0; s < level_end_[0]; ++s) y[s] = coarse_[0][s];

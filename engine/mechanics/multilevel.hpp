@@ -5,7 +5,9 @@
 //
 // J: the matrix's 3x3 diagonal blocks. Level l holds the vertices of the front up to level l of the tree; P_l carries their
 // linear hat functions up by repeated midpoints, x_v = (x_a + x_b) / 2 over split edges. S_l: the diagonal of each
-// level's own stiffness and mass as one scalar per vertex, which no rotation changes, so it is worked out once per front.
+// level's own stiffness and mass as one scalar per vertex, which no rotation changes, so it is worked out once per front; and
+// of springs and contacts at single points, which are carried down to the levels at each update: without them a stiff contact
+// made CG take ten times as many iterations.
 // One descending and one ascending pass over the front's vertices apply it: far cheaper than a product with the matrix.
 //
 //     Multilevel multilevel;
@@ -22,8 +24,10 @@ class Multilevel : public Preconditioner {
  public:
     void build(const Front& front, const TetMaterials& materials, const PerVertex<std::uint8_t>& pinned,
                const BlockMatrix& matrix);
-    /// The scales are those that the matrix was made with.
-    void update(const BlockMatrix& matrix, double stiffness_scale, double mass_scale, double damping_scale);
+    /// The scales are those that the matrix was made with. points: diagonal of what was added at points, each moved to the nodes
+    /// by its weights; for the vertices of the front, or null for none.
+    void update(const BlockMatrix& matrix, double stiffness_scale, double mass_scale, double damping_scale,
+                const PerVertex<Vec3>* points = nullptr);
     void apply(const DofVector& r, DofVector& z) const override;
 
  private:
@@ -31,14 +35,17 @@ class Multilevel : public Preconditioner {
         double stiffness = 0, mass = 0, damping = 0;  // [N/m], [kg], [kg/s]
     };
     void add_level_diagonals(const Front& front, const TetMaterials& materials);
+    /// The transpose of what carries hat functions of level l - 1 up to level l, on fine_.
+    void restrict_level(std::size_t l) const;
 
     BlockJacobi jacobi_;
     std::vector<std::size_t> level_end_;                     // [levels] one past the last slot of a level's vertices
     std::vector<std::array<std::int32_t, 2>> ends_;          // [vertices of the front] slots of the split edge; -1: root
     std::vector<std::int32_t> dof_;                          // [vertices of the front] -1: hanging or pinned
+    std::vector<VertexId> vertices_;                         // of the front
     std::vector<std::uint8_t> fixed_;                        // [vertices of the front]
     std::vector<std::vector<Diagonal>> diagonal_;            // [levels - 1][level_end_[l]]
-    std::vector<std::vector<double>> inverse_;               // the same, of the scaled sum; 0 where fixed
+    std::vector<DofVector> inverse_;                         // the same, of the scaled sum in each direction; 0 where fixed
     PerVertex<std::int32_t> slot_;                           // [V of the tree] valid for the front's vertices
     mutable std::vector<DofVector> coarse_;                  // [levels - 1][level_end_[l]] work space
     mutable DofVector fine_;                                 // [vertices of the front] work space

@@ -8,12 +8,13 @@ namespace tetfront {
 
 namespace {
 
-/// How much stiffer than a block of the tet's material the ground is, if all points of a tet were at it.
-constexpr double ground_stiffness = 16;
+/// Over the stiffness of a block of the tet's material, if all points of a tet were at the ground.
+constexpr double ground_stiffness = 2;
 /// Depth over the tet's size from which on it gets firm.
-constexpr double ground_give = 0.01;
-/// Sliding by less than this part of the object's size in a step counts as creep.
-constexpr double creep_per_step = 2e-5;
+constexpr double ground_give = 0.1;
+/// Sliding by less than this part of the object's size in a step counts as creep, and so does less than this part of the
+/// depth: friction is never much stiffer than the ground, or the solver takes a thousand iterations.
+constexpr double creep_over_size = 2e-5, creep_over_depth = 1.0 / 8;
 
 /// Along the axes and the diagonals, both ways.
 std::array<Vec3, 14> directions() {
@@ -81,9 +82,10 @@ void Ground::add_contacts(Loads& loads, const Front& front, const Surface& surfa
             const double stiffness = ground_stiffness * matrices.elasticity[t](0, 0) * size / static_cast<double>(of_part.size());
             for (std::uint32_t s : of_part) {
                 const Attachment& a = surface.attachment[s];
-                PointContact contact{front.locate(a.leaf, a.barycentric), normal, spec_.height, stiffness, ground_give * size, spec_.friction, 0,
-                                     creep_per_step * size_ / time_step};
-                contact.pressing = contact.push(contact.depth(value_at(contact.at, front.nodes_per_tet(), state.x)));
+                PointContact contact{front.locate(a.leaf, a.barycentric), normal, spec_.height, stiffness, ground_give * size, spec_.friction, 0, 0};
+                const double depth = contact.depth(value_at(contact.at, front.nodes_per_tet(), state.x));
+                contact.pressing = contact.push(depth);
+                contact.creep = std::max(creep_over_size * size_, creep_over_depth * spec_.friction * depth) / time_step;
                 loads.contacts.push_back(contact);
             }
         };

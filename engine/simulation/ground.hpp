@@ -2,9 +2,11 @@
 // The ground of a scene that asks for one: which points of the object can touch it, and how hard it pushes.
 //
 // What touches is the smooth surface, by a few points of every active tet: those of the tet's surface vertices that stick
-// out farthest in fourteen directions; of a quadratic tet's eight children, as it bends between its corners. They are chosen once for every tet of the tree, from the leaves up, so a step looks at
-// the front's tets only, and a coarse tet rests on few points. The push of a tet's points together is that of a block of
-// its material as large as the tet, several times as stiff, so what the object sinks in is a part of what it gets squeezed.
+// out farthest in fourteen directions; of a quadratic tet's eight children, as it bends between its corners. They are chosen
+// once for every tet of the tree, from the leaves up, so a step looks at the front's tets only, and a coarse tet rests on few
+// points. The push of a tet's points together is that of a block of its material as large as the tet, so what the object
+// sinks in is about what the tet gets squeezed. What friction holds creeps: by up to an eighth of friction's coefficient times
+// that depth in a step.
 //
 //     const Ground ground(spec, up, size, tree, surface);                    // once
 //     ground.add_contacts(loads, front, surface, matrices, state, time_step);  // each step
