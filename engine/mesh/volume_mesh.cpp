@@ -150,10 +150,11 @@ VolumeMesh fill(const SurfaceMesh& surface, const SurfaceParts& parts, const Sur
     return result;
 }
 
-/// About 12 tets fill a cube of the lattice. A sheet is covered by one layer of cubes, however thin it is; both sides of it
-/// count in the area.
-double likely_cell(const SurfaceMesh& surface, double target) {
-    return std::max(std::cbrt(12 * std::abs(enclosed_volume(surface)) / target), std::sqrt(6 * area(surface) / target));
+/// About 12 tets fill a cube of the lattice. A sheet is covered by one layer of cubes, however thin it is (both sides of it
+/// count in the area), and a rod by one row of them.
+double likely_cell(const SurfaceMesh& surface, double extent, double target) {
+    const double cell = std::max({std::cbrt(12 * std::abs(enclosed_volume(surface)) / target), std::sqrt(6 * area(surface) / target), 12 * extent / target});
+    return std::min(cell, extent);
 }
 
 /// The cell that cuts the box, one cell larger each way, into max_cells_per_tet cubes for each wanted tet: what a trial
@@ -207,7 +208,7 @@ VolumeMesh mesh_volume(const SurfaceMesh& surface, const VolumeMeshOptions& opti
     const SurfaceParts parts = surface_parts(surface);
 
     const double target = options.target_tets;
-    double cell = std::min(likely_cell(surface, target), extent.maxCoeff());
+    double cell = likely_cell(surface, extent.maxCoeff(), target);
     const double smallest = smallest_cell(extent, target);
     std::optional<VolumeMesh> best;
     // The count of a symmetric shape jumps as a symmetric lattice grows, so a crooked one gets a second chance.
