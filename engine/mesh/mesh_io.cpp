@@ -20,11 +20,11 @@ namespace {
 /// Deeper node trees than this are nonsense, and recursion must end.
 constexpr int max_node_depth = 1000;
 
-/// Appends the node's meshes and those of its children, in metres.
+/// Appends the node's meshes and those of its children to a surface, in metres.
 class Collector {
  public:
-    Collector(const std::filesystem::path& file, const aiScene& scene, double scale)
-        : file_(file.string()), scene_(scene), scale_(scale) {}
+    Collector(const std::filesystem::path& file, const aiScene& scene, double scale, ImportedSurface& result)
+        : file_(file.string()), scene_(scene), scale_(scale), result_(result), first_vertex_(result.mesh.positions.size()) {}
 
     void add(const aiNode& node, const aiMatrix4x4& parent, int depth = 0) {
         if (depth > max_node_depth) throw InputError{file_, "", "nests its nodes too deeply", "export it again"};
@@ -32,11 +32,10 @@ class Collector {
         for (unsigned i = 0; i < node.mNumMeshes; ++i) add(*scene_.mMeshes[node.mMeshes[i]], transformation);
         for (unsigned i = 0; i < node.mNumChildren; ++i) add(*node.mChildren[i], transformation, depth + 1);
     }
-    ImportedSurface result;
 
  private:
     void add(const aiMesh& mesh, const aiMatrix4x4& transformation) {
-        SurfaceMesh& out = result.mesh;
+        SurfaceMesh& out = result_.mesh;
         const std::size_t offset = out.positions.size();
         if (out.triangles.size() + mesh.mNumFaces > max_surface_triangles)
             throw InputError{file_, "", "has more than " + std::to_string(max_surface_triangles) + " triangles",
@@ -45,7 +44,7 @@ class Collector {
             const aiVector3D x = transformation * mesh.mVertices[v];
             out.positions.emplace_back(scale_ * Vec3(x.x, x.y, x.z));
             if (!out.positions.back().allFinite())
-                throw InputError{file_, "vertex " + std::to_string(offset + v), "is not finite or too large",
+                throw InputError{file_, "vertex " + std::to_string(offset - first_vertex_ + v), "is not finite or too large",
                                  "coordinates must be finite numbers"};
         }
         for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
@@ -61,20 +60,17 @@ class Collector {
             }
             out.triangles.push_back(triangle);
         }
-        ++result.repairs.parts;
+        ++result_.repairs.parts;
     }
 
     std::string file_;
     const aiScene& scene_;
     double scale_;
+    ImportedSurface& result_;
+    std::size_t first_vertex_;  // of the file
 };
 
-}  // namespace
-
-ImportedSurface read_surface(const std::filesystem::path& file, double scale) {
-    if (!(scale > 0) || !std::isfinite(scale))
-        throw InputError{file.string(), "", "the scale " + std::to_string(scale) + " is not usable",
-                         "use a number > 0"};
+void append(const std::filesystem::path& file, double scale, ImportedSurface& result) {
     check_readable(file, max_surface_file);
     Assimp::Importer importer;
     importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
@@ -96,14 +92,28 @@ ImportedSurface read_surface(const std::filesystem::path& file, double scale) {
         throw InputError{file.string(), "", "cannot be read as a surface: " + problem,
                          "use OBJ, STL, PLY, OFF, glTF, FBX or DAE with the matching file extension"};
     }
-    Collector collector(file, *scene, scale);
-    if (scene && scene->mRootNode) collector.add(*scene->mRootNode, aiMatrix4x4());
-    ImportedSurface result = std::move(collector.result);
+    const std::size_t triangles = result.mesh.triangles.size();
+    if (scene && scene->mRootNode) Collector(file, *scene, scale, result).add(*scene->mRootNode, aiMatrix4x4());
+    if (result.mesh.triangles.size() == triangles)
+        throw InputError{file.string(), "", "has no triangles", "a point cloud or a set of lines encloses nothing"};
+}
+
+}  // namespace
+
+ImportedSurface read_surface(const std::filesystem::path& file, double scale) { return read_surfaces({&file, 1}, scale); }
+
+ImportedSurface read_surfaces(std::span<const std::filesystem::path> files, double scale) {
+    ENSURE(!files.empty(), "no files");
+    const std::string first = files[0].string();
+    if (!(scale > 0) || !std::isfinite(scale))
+        throw InputError{first, "", "the scale " + std::to_string(scale) + " is not usable", "use a number > 0"};
+    ImportedSurface result;
+    for (const std::filesystem::path& file : files) append(file, scale, result);
     const std::size_t parts = result.repairs.parts;
-    if (!result.mesh.triangles.empty()) result.repairs = repair(result.mesh);
+    result.repairs = repair(result.mesh);
     result.repairs.parts = parts;
     if (result.mesh.triangles.empty())
-        throw InputError{file.string(), "", "has no triangles", "a point cloud or a set of lines encloses nothing"};
+        throw InputError{first, "", "has no triangles", "a point cloud or a set of lines encloses nothing"};
     return result;
 }
 

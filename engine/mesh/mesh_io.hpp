@@ -11,6 +11,7 @@
 #include "engine/mesh/tet_mesh.hpp"
 
 #include <filesystem>
+#include <span>
 
 namespace tetfront {
 
@@ -28,5 +29,7 @@ inline constexpr std::size_t max_surface_triangles = 20'000'000;
 /// that is missing, unreadable, too large, of an unknown or broken format, without triangles, or with coordinates that
 /// are not finite.
 ImportedSurface read_surface(const std::filesystem::path& file, double scale = 1);
+/// The same of several files, merged as parts of one are: repairs are made on the whole. files: one or more.
+ImportedSurface read_surfaces(std::span<const std::filesystem::path> files, double scale = 1);
 
 }  // namespace tetfront

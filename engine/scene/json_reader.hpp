@@ -49,6 +49,7 @@ class JsonValue {
 
     [[nodiscard]] const std::string& pointer() const { return pointer_; }
     [[nodiscard]] bool is_number() const { return json_->is_number(); }
+    [[nodiscard]] bool is_array() const { return json_->is_array(); }
     [[nodiscard]] bool is_object() const { return json_->is_object(); }
     /// JSON text for a message, cut to 40 bytes.
     [[nodiscard]] std::string text() const { return brief(*json_); }

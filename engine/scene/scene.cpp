@@ -11,6 +11,7 @@ namespace {
 
 constexpr Range coordinate = coordinate_range;
 constexpr double smallest_extent = 1e-6;         // [m] below it volumes underflow
+constexpr std::size_t max_surface_files = 100;
 
 MeshSpec read_mesh(const JsonValue& value, const std::filesystem::path& directory) {
     const auto [kind, spec] = value.one_of({"box", "surface", "tets", "voxels"});
@@ -48,7 +49,11 @@ MeshSpec read_mesh(const JsonValue& value, const std::filesystem::path& director
     }
     SurfaceMeshSpec surface;
     const JsonObject o = spec.object({"file", "scale", "target_tets"});
-    surface.file = std::filesystem::absolute(directory / o.required("file").line(4096)).lexically_normal();
+    const JsonValue file = o.required("file");
+    const std::vector<JsonValue> files = file.is_array() ? file.array() : std::vector{file};
+    if (files.empty() || files.size() > max_surface_files)
+        file.fail("lists " + std::to_string(files.size()) + " files", "use 1 to " + std::to_string(max_surface_files));
+    for (const JsonValue& f : files) surface.files.push_back(std::filesystem::absolute(directory / f.line(4096)).lexically_normal());
     o.read("scale", surface.scale, above(0, 1e6));
     o.read("target_tets", surface.target_tets, 10, 200000);
     return surface;

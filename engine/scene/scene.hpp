@@ -33,9 +33,9 @@ struct BoxMeshSpec {
     std::array<int, 3> cells = {1, 1, 1};    // each in 1..256
 };
 struct SurfaceMeshSpec {
-    std::filesystem::path file;     // absolute after loading
-    double scale = 1;               // file units -> metres
-    int target_tets = 1000;         // roots to aim for, 10..200000
+    std::vector<std::filesystem::path> files;  // absolute after loading; one or more, in the same axes and units
+    double scale = 1;                          // file units -> metres
+    int target_tets = 1000;                    // roots to aim for in all, 10..200000
 };
 /// Tets from a file; see read_tet_mesh.
 struct TetMeshSpec {

@@ -31,11 +31,11 @@ Shape read_shape(const Scene& scene) {
     int target_tets = 0;
     std::string file;
     if (const auto* spec = std::get_if<SurfaceMeshSpec>(&scene.mesh)) {
-        ImportedSurface imported = read_surface(spec->file, spec->scale);
+        ImportedSurface imported = read_surfaces(spec->files, spec->scale);
         shape.surface = std::move(imported.mesh);
         shape.surface_repairs = imported.repairs;
         target_tets = spec->target_tets;
-        file = spec->file.string();
+        file = spec->files.size() == 1 ? spec->files[0].string() : scene.file.string();
     } else {
         const auto& voxels = std::get<VoxelMeshSpec>(scene.mesh);
         const VoxelImage image = scaled_image(voxels.file, voxels.scale);

@@ -84,7 +84,7 @@ void check_models(const PaperWork& work, const std::vector<int>& figures) {
                 throw InputError(file.string(), "", "is missing, and figure " + std::to_string(figure) + " shows it",
                                  "run `assets/fetch " + name + "` (the bunny: `server/setup`), or leave the figure out with --figures");
         };
-        if (const auto* surface = std::get_if<SurfaceMeshSpec>(&scene.mesh)) check(surface->file);
+        if (const auto* surface = std::get_if<SurfaceMeshSpec>(&scene.mesh)) std::ranges::for_each(surface->files, check);
         if (const auto* voxels = std::get_if<VoxelMeshSpec>(&scene.mesh)) check(voxels->file);
     }
 }

@@ -17,7 +17,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         surface.triangles.push_back({data[i] & 15, data[i] >> 4, data[i + 1] & 15});
     repair(surface);
     try {
-        validate(mesh_volume(surface, {.target_tets = 50}).mesh);
+        validate(mesh_volume(surface, {.target_tets = 20}).mesh);
     } catch (const InputError& error) {
         // A mesh must pass validate(): only mesh_volume() itself may refuse.
         if (error.where != "volume mesh") throw;

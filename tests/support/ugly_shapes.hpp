@@ -191,7 +191,7 @@ inline ShapeTrial try_shape(const std::filesystem::path& file, const TrialOption
         Scene scene;
         scene.name = file.stem().string();
         scene.file = file;
-        scene.mesh = SurfaceMeshSpec{.file = file, .scale = scale, .target_tets = options.target_tets};
+        scene.mesh = SurfaceMeshSpec{.files = {file}, .scale = scale, .target_tets = options.target_tets};
         scene.levels = options.levels;
         scene.material.materials[0].young = 25 * 1000 * 9.81 * extent;
         scene.material.materials[0].poisson = 0.35;

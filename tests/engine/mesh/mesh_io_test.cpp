@@ -161,6 +161,26 @@ TEST(ReadSurface, NodesOfGltfAreTransformedAndMerged) {
     EXPECT_NEAR(highest, 7, 1e-6);
 }
 
+TEST(ReadSurface, SeveralFilesMakeOneSurfaceWhoseHalvesAreWelded) {
+    const TemporaryDirectory directory;
+    const auto half = [&](double side) {
+        return obj(test_surfaces::part(ball(), [&](const Vec3& c) { return side * c[2] > 0; }));
+    };
+    const std::vector<std::filesystem::path> files = {directory.write("above.obj", half(1)), directory.write("below.obj", half(-1))};
+    const ImportedSurface read = read_surfaces(files, 0.5);
+    EXPECT_EQ(read.repairs.parts, 2u);
+    EXPECT_EQ(read.repairs.open_edges, 0u);
+    EXPECT_EQ(read.repairs.components, 1u);
+    EXPECT_NEAR(test_surfaces::surface_volume(read.mesh), test_surfaces::surface_volume(ball()) / 8, 1e-4);
+    const std::vector<std::filesystem::path> broken = {files[0], directory.write("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")};
+    try {
+        read_surfaces(broken);
+        ADD_FAILURE() << "accepted";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("nan.obj"), std::string::npos) << error.what();
+    }
+}
+
 TEST(ReadSurface, PolygonsAreTriangulated) {
     const TemporaryDirectory directory;
     const auto file = directory.write("cube.obj",

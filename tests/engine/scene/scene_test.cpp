@@ -80,7 +80,7 @@ TEST(Scene, EveryFieldIsRead) {
     EXPECT_EQ(scene.title, "t");
     EXPECT_EQ(scene.up, 1);
     const auto& surface = std::get<SurfaceMeshSpec>(scene.mesh);
-    EXPECT_EQ(surface.file, "/models/a.ply") << "relative to the scene's directory";
+    EXPECT_EQ(surface.files, (std::vector<std::filesystem::path>{"/models/a.ply"})) << "relative to the scene's directory";
     EXPECT_EQ(surface.scale, 0.5);
     EXPECT_EQ(surface.target_tets, 50);
     EXPECT_EQ(scene.levels, 3);
@@ -135,6 +135,14 @@ TEST(Scene, GradientWithoutEndsSpansTheMesh) {
     const auto& young = std::get<GradientSpec>(scene.material.materials[0].young);
     EXPECT_EQ(young.interpolation, Interpolation::linear);
     EXPECT_FALSE(young.at);
+}
+
+TEST(Scene, ASurfaceIsAFileOrAListOfThem) {
+    const auto scene = [](const std::string& file) { return R"({"schema_version": 1, "mesh": {"surface": {"file": )" + file + "}}}"; };
+    EXPECT_EQ(std::get<SurfaceMeshSpec>(parse(scene(R"(["a.obj", "/b.stl"])")).mesh).files,
+              (std::vector<std::filesystem::path>{"/scenes/a.obj", "/b.stl"}));
+    EXPECT_EQ(refusal(scene("[]")), "/mesh/surface/file: lists 0 files; use 1 to 100");
+    EXPECT_EQ(refusal(scene(R"(["a.obj", 2])")).substr(0, 28), "/mesh/surface/file/1: is 2; ");
 }
 
 TEST(Scene, ErrorsSayWhereWhatAndWhatIsAllowed) {

@@ -275,7 +275,7 @@ TEST_F(ServerTest, StopDoesNotWaitForAViewerThatDoesNotReact) {
 
 TEST_F(ServerTest, AFailedBuildEndsRunWithItsError) {
     Scene scene = box_scene();
-    scene.mesh = SurfaceMeshSpec{"/nowhere/model.obj", 1, 100};
+    scene.mesh = SurfaceMeshSpec{{"/nowhere/model.obj"}, 1, 100};
     start(true, {}, scene);
     join();
     ASSERT_TRUE(failure_);

@@ -213,7 +213,7 @@ TEST(Session, RefusesTrianglesThatAreNotThereAndTooManyPulls) {
 
 TEST(Session, AFailedBuildIsAnEvent) {
     Scene scene = box_scene();
-    scene.mesh = SurfaceMeshSpec{"/nowhere/model.obj", 1, 100};
+    scene.mesh = SurfaceMeshSpec{{"/nowhere/model.obj"}, 1, 100};
     TestSession s(true, scene);
     ASSERT_TRUE(s.wait([&] { return s.build_error != nullptr; }));
     EXPECT_THROW(std::rethrow_exception(s.build_error), InputError);
