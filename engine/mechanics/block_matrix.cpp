@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "engine/base/error.hpp"
 #include "engine/base/parallel.hpp"
@@ -11,10 +12,14 @@ namespace tetfront {
 namespace {
 
 constexpr std::size_t row_grain = 256;
-using Float4 = float __attribute__((vector_size(16), aligned(4), may_alias));
+using Float4 = float __attribute__((vector_size(16)));
 using Double4 = double __attribute__((vector_size(32)));
 
-Double4 load4(const float* p) { return __builtin_convertvector(*reinterpret_cast<const Float4*>(p), Double4); }
+Double4 load4(const float* p) {
+    Float4 four;
+    std::memcpy(&four, p, sizeof four);  // blocks of nine floats are not aligned
+    return __builtin_convertvector(four, Double4);
+}
 
 /// Sum of 9 floats each, in double.
 struct BlockSum {
