@@ -82,7 +82,8 @@ Result watch(int count, double seconds) {
         memory.push_back(server.resident_megabytes());
     }
     const double elapsed = seconds_since(start);
-    Result r{.viewers = count};
+    Result r;
+    r.viewers = count;
     std::vector<double> frames;
     for (std::size_t i = 0; i < viewers.size(); ++i) {
         const WatchingClient& v = *viewers[i];
