@@ -275,8 +275,8 @@ TEST_F(CommandsTest, ARecordingKeepsWhatWasDoneMeanwhile) {
         Client other(connect(), host());  // pulls, and leaves
         other.until(is_frame);
         other.command(place({{"id", 1}, {"command", "pull_begin"}, {"pull", 3}, {"target", {0.0, 0.0, 0.0}}}));
+        client.until([](const Message& m) { return is_frame(m) && m.at<std::uint32_t>(28) == 2; });
     }
-    client.until([](const Message& m) { return is_frame(m) && m.at<std::uint32_t>(28) == 2; });
     client.until([](const Message& m) { return is_frame(m) && m.at<std::uint32_t>(28) == 1; });
     done({{"command", "record_stop"}});
 
