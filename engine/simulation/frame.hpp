@@ -31,12 +31,20 @@ struct FrameTopology {
     std::vector<std::uint8_t> edge_level;                  // [E] level of the finest tet at the edge
     std::vector<std::uint8_t> surface_level;               // [S] level of the active tet that carries the vertex
     std::vector<std::uint32_t> tets_by_level;              // [depth+1] active tets
-    /// Straight tets that fill the front, for cuts through it: a linear tet is one, a quadratic one is eight. Corners
-    /// into Frame::front_positions. May be empty.
+    /// Straight tets that fill the front, for cuts through it: a linear tet is one, a quadratic one is eight, one after
+    /// the other, the first four of which have its corners, each at its place. Corners into Frame::front_positions. May
+    /// be empty.
     std::vector<std::array<std::uint32_t, 4>> pieces;      // [P]
     std::vector<std::uint8_t> piece_level;                 // [P]
     std::vector<float> piece_young;                        // [P] Young's modulus that the tet is simulated with [Pa]
 };
+
+/// The front's tets by their corners, without the midpoints of quadratic ones.
+struct FrontTets {
+    std::vector<std::array<std::uint32_t, 4>> corners;     // [T] into Frame::front_positions
+    std::vector<std::uint8_t> level;                       // [T]
+};
+FrontTets front_tets(const FrameTopology& topology);
 
 struct FramePull {                                         // a pull in progress
     std::array<float, 3> from, to;                         // [m] grabbed point now, cursor

@@ -13,7 +13,7 @@ std::array<float, 3> to_float(const Vec3& p) {
     return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
 }
 
-/// Local nodes of the tets that a quadratic tet is cut into: four corners and the octahedron between them.
+/// Local nodes of the tets that a quadratic tet is cut into: the four at its corners and the octahedron between them.
 constexpr std::array<std::array<std::size_t, 4>, 8> quadratic_pieces = {{
     {0, 4, 5, 6}, {4, 1, 7, 8}, {5, 7, 2, 9}, {6, 8, 9, 3}, {5, 8, 4, 7}, {5, 8, 7, 9}, {5, 8, 9, 6}, {5, 8, 6, 4},
 }};
@@ -65,6 +65,22 @@ void add_edges_and_pieces(const Front& front, const ElasticityMatrices& matrices
 }
 
 }  // namespace
+
+FrontTets front_tets(const FrameTopology& topology) {
+    std::size_t count = 0;
+    for (const std::uint32_t n : topology.tets_by_level) count += n;
+    const auto& pieces = topology.pieces;
+    const bool quadratic = count > 0 && pieces.size() == quadratic_pieces.size() * count;
+    if (!quadratic) return {pieces, topology.piece_level};
+    FrontTets tets;
+    tets.corners.reserve(count);
+    tets.level.reserve(count);
+    for (std::size_t i = 0; i < pieces.size(); i += quadratic_pieces.size()) {
+        tets.corners.push_back({pieces[i][0], pieces[i + 1][1], pieces[i + 2][2], pieces[i + 3][3]});
+        tets.level.push_back(topology.piece_level[i]);
+    }
+    return tets;
+}
 
 FrameBuilder::FrameBuilder(std::shared_ptr<const FrameModel> model, const Surface& surface, const ElasticityMatrices& matrices)
     : model_(std::move(model)), surface_(&surface), matrices_(&matrices) {}

@@ -152,16 +152,21 @@ std::string encode_model(const FrameModel& model, std::uint16_t generation) {
 
 std::string encode_topology(const FrameTopology& topology, std::size_t front_count, std::uint16_t generation) {
     ENSURE(topology.edge_level.size() == topology.edges.size(), topology.edge_level.size(), topology.edges.size());
+    const FrontTets tets = front_tets(topology);
     std::string bytes = start({.type = MessageType::topology,
                                .generation = generation,
                                .epoch = topology.epoch,
                                .count_a = count(topology.surface_level.size()),
                                .count_b = count(topology.edges.size()),
                                .count_c = count(front_count)},
-                              9 * topology.edges.size() + topology.surface_level.size());
+                              9 * topology.edges.size() + topology.surface_level.size() + 17 * tets.level.size());
     append(bytes, std::span(topology.edges));
     append(bytes, std::span(topology.surface_level));
     append(bytes, std::span(topology.edge_level));
+    const std::array<std::uint32_t, 1> tet_count{count(tets.level.size())};
+    append(bytes, std::span<const std::uint32_t>(tet_count));
+    append(bytes, std::span(tets.corners));
+    append(bytes, std::span(tets.level));
     return bytes;
 }
 

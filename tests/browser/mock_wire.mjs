@@ -26,7 +26,8 @@ export function encodeTopology(simulation) {
   const { generation, epoch, front, time } = simulation;
   const levels = simulation.surfaceLevels();
   const counts = [levels.length, front.levels.length, front.vertices.length / 3];
-  return message(2, { generation, epoch, time }, counts, [front.edges, levels, front.levels]);
+  const tets = [Uint32Array.of(front.tetLevels.length), front.tets, front.tetLevels];
+  return message(2, { generation, epoch, time }, counts, [front.edges, levels, front.levels, ...tets]);
 }
 
 const FIELDS = { displacement: 1, strain: 2, stress: 3, error: 4 };

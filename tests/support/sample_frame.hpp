@@ -23,6 +23,9 @@ inline std::shared_ptr<Frame> sample_frame() {
     topology->edge_level = {0, 1, 2};
     topology->surface_level = {0, 1, 2, 1, 0};
     topology->tets_by_level = {3, 16, 8};
+    topology->pieces = {{0, 1, 2, 0}, {2, 1, 0, 2}};
+    topology->piece_level = {1, 2};
+    topology->piece_young = {1e4F, 2e4F};
 
     auto frame = std::make_shared<Frame>();
     frame->model = model;

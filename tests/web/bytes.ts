@@ -50,13 +50,15 @@ export function message(header: Header, ...parts: ArrayBufferView[]): ArrayBuffe
 export const model = (generation = 1): ArrayBuffer =>
   message({ type: 1, generation, counts: [3, 1, 0] }, Uint32Array.of(0, 1, 2), Float32Array.of(1e5, 2e5, 3e5));
 
-/** Two front vertices and the edge between them. */
+/** Two front vertices, the edge between them, and a tet that is as flat as they are. */
 export const topology = (epoch: number, generation = 1): ArrayBuffer =>
   message(
     { type: 2, generation, epoch, counts: [3, 1, 2] },
     Uint32Array.of(0, 1),
     Uint8Array.of(0, 1, 2),
     Uint8Array.of(1),
+    Uint32Array.of(1, 0, 1, 0, 1),
+    Uint8Array.of(2),
   );
 
 /** Surface (x 0 0) (x+1 0 0) (x 1 0), front (x 0 0) (x+1 1 0). */

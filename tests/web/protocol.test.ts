@@ -54,7 +54,15 @@ describe("decodeBinary", () => {
       "a triangle without its vertex",
       message({ type: 1, counts: [1, 1, 0] }, Uint32Array.of(0, 0, 1), Float32Array.of(1)),
     ],
-    ["an edge without its vertex", message({ type: 2, counts: [0, 1, 1] }, Uint32Array.of(0, 1), Uint8Array.of(0))],
+    [
+      "an edge without its vertex",
+      message({ type: 2, counts: [0, 1, 1] }, Uint32Array.of(0, 1), Uint8Array.of(0), Uint32Array.of(0)),
+    ],
+    [
+      "a tet without its vertex",
+      message({ type: 2, counts: [0, 0, 3] }, Uint32Array.of(1, 0, 1, 2, 3), Uint8Array.of(0)),
+    ],
+    ["more tets than there are bytes", message({ type: 2, counts: [0, 0, 3] }, Uint32Array.of(2 ** 31, 0, 1, 2, 0))],
   ])("refuses %s", (_, bytes) => expect(() => decodeBinary(bytes)).toThrow(ProtocolError));
 
   it("refuses every truncation of a good frame", () => {
@@ -81,6 +89,8 @@ describe.skipIf(!existsSync(new URL("frame_v1.bin", golden)))("the golden bytes"
     expect([...decoded.surfaceLevel]).toEqual([0, 1, 2, 1, 0]);
     expect([...decoded.edges]).toEqual([0, 1, 1, 2, 0, 2]);
     expect([...decoded.edgeLevel]).toEqual([0, 1, 2]);
+    expect([...decoded.tets]).toEqual([0, 1, 2, 0, 2, 1, 0, 2]);
+    expect([...decoded.tetLevel]).toEqual([1, 2]);
   });
 
   it("are a frame", () => {

@@ -28,6 +28,8 @@ export interface Topology extends Header {
   edges: Uint32Array; // [E][2] into the front's vertices
   surfaceLevel: Uint8Array; // [S]
   edgeLevel: Uint8Array; // [E]
+  tets: Uint32Array; // [T][4] corners, into the front's vertices
+  tetLevel: Uint8Array; // [T]
   frontVertices: number; // N
 }
 
@@ -77,15 +79,7 @@ export function decodeBinary(bytes: ArrayBuffer): BinaryMessage {
       checkIndices(message.triangles, a, "triangle");
       break;
     case 2:
-      message = {
-        kind: "topology",
-        ...header,
-        edges: take.u32(2 * b),
-        surfaceLevel: take.u8(a),
-        edgeLevel: take.u8(b),
-        frontVertices: c,
-      };
-      checkIndices(message.edges, c, "edge");
+      message = readTopology(header, take, a, b, c);
       break;
     case 3:
     case 4: {
@@ -109,6 +103,24 @@ export function decodeBinary(bytes: ArrayBuffer): BinaryMessage {
   }
   take.finish();
   return message;
+}
+
+function readTopology(
+  header: Header,
+  take: Cursor,
+  surface: number,
+  edgeCount: number,
+  frontVertices: number,
+): Topology {
+  const edges = take.u32(2 * edgeCount);
+  const surfaceLevel = take.u8(surface);
+  const edgeLevel = take.u8(edgeCount);
+  const [tetCount] = take.u32(1);
+  const tets = take.u32(4 * tetCount);
+  const tetLevel = take.u8(tetCount);
+  checkIndices(edges, frontVertices, "edge");
+  checkIndices(tets, frontVertices, "tet");
+  return { kind: "topology", ...header, edges, surfaceLevel, edgeLevel, tets, tetLevel, frontVertices };
 }
 
 function readValues(take: Cursor, count: number): FrameValues {

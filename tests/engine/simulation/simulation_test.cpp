@@ -289,5 +289,22 @@ TEST(Simulation, FramesShareTheTopologyUntilTheFrontChanges) {
     EXPECT_EQ(tets, simulation.front().active().size());
 }
 
+TEST(Simulation, AFramesTetsAreTheFronts) {
+    for (const char* order : {"1", "2"}) {
+        Simulation simulation(cantilever_model({{"/front/order", order}, {"/front/tolerance", "0.05"}}));
+        while (simulation.step().splits == 0) {}
+        const auto frame = simulation.frame();
+        const FrontTets tets = front_tets(*frame->topology);
+        const auto& front = simulation.front();
+        ASSERT_EQ(tets.corners.size(), front.active().size());
+        ASSERT_EQ(tets.level.size(), front.active().size());
+        for (std::size_t t = 0; t < tets.corners.size(); ++t) {
+            const TetId tet = front.active()[t];
+            EXPECT_EQ(tets.level[t], front.tree().level_of(tet));
+            for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(front.vertices()[tets.corners[t][i]], front.nodes(tet)[i]);
+        }
+    }
+}
+
 }  // namespace
 }  // namespace tetfront

@@ -112,7 +112,7 @@ TEST(Protocol, HeaderIsAsDocumented) {
     EXPECT_EQ(static_cast<unsigned char>(bytes[12]), 5) << "little-endian";
 
     EXPECT_EQ(encode_model(*frame->model, 1).size(), 32U + 24 + 20);
-    EXPECT_EQ(encode_topology(*frame->topology, 3, 1).size(), 32U + 24 + 8 + 4);
+    EXPECT_EQ(encode_topology(*frame->topology, 3, 1).size(), 32U + 24 + 8 + 4 + 4 + 32 + 4);
 }
 
 TEST(Protocol, CompressedFramesUnpackToThePlainOnes) {

@@ -26,7 +26,6 @@ export class Body {
   private readonly section = new Section();
   private readonly ghost = new Ghost();
   private topology: Topology | null = null;
-  private frame: Frame | null = null; // the first that was shown of this topology
   private hasPositions = false;
 
   constructor() {
@@ -57,13 +56,11 @@ export class Body {
     return this.topology?.epoch ?? null;
   }
 
-  /** frame: of this topology. */
-  setTopology(topology: Topology, frame: Frame, state: Readonly<State>): void {
+  setTopology(topology: Topology, state: Readonly<State>): void {
     this.topology = topology;
-    this.frame = frame;
     this.vertices.reserve(topology.frontVertices);
     this.lines.setTopology(topology);
-    if (state.shape === "tets") this.tets.setTopology(topology, frame);
+    if (state.shape === "tets") this.tets.setTopology(topology);
   }
 
   /** What is visible, cut and exploded; to be called when any of it changes and with the first frame. */
@@ -71,8 +68,7 @@ export class Body {
     this.hasPositions = hasPositions;
     if (!this.surface || !state.hello) return;
     const tets = state.shape === "tets";
-    if (tets && !this.tets.mesh.visible && this.topology && this.frame)
-      this.tets.setTopology(this.topology, this.frame);
+    if (tets && !this.tets.mesh.visible && this.topology) this.tets.setTopology(this.topology);
     const box = state.hello.rest_box;
     this.surface.clip(this.section.set(state.cut, box, hasPositions && !tets));
     this.lines.cut(this.section.plane);

@@ -3,11 +3,10 @@
 
 import * as THREE from "three";
 
-import type { Frame, Topology } from "../protocol";
+import type { Topology } from "../protocol";
 import { LEVEL_COLOURS, MAX_LEVELS } from "./front";
 import { FRONT_VERTEX } from "./front_vertices";
 import type { FrontVertices } from "./front_vertices";
-import { tetsOfEdges } from "./tets_of_edges";
 
 const FACES = [1, 2, 3, 0, 3, 2, 0, 1, 3, 0, 2, 1]; // corners of the four faces
 
@@ -39,23 +38,19 @@ export class FrontTets {
     this.mesh.visible = false;
   }
 
-  setTopology({ edges, edgeLevel, frontVertices }: Topology, { front, low, extent }: Frame): void {
-    const tets = tetsOfEdges(edges, edgeLevel, frontVertices, (vertex) => {
-      const at = (axis: number) => low[axis] + (extent[axis] * front[3 * vertex + axis]) / 65535;
-      return [at(0), at(1), at(2)];
-    });
+  setTopology({ tets, tetLevel }: Topology): void {
     // three cannot grow an attribute: a new geometry for a new front, of exactly its size.
     this.mesh.geometry.dispose();
     const geometry = new THREE.InstancedBufferGeometry();
     const slots = Float32Array.from(FACES.flatMap((corner, i) => [corner, i % 3, 0]));
     geometry.setAttribute("position", new THREE.BufferAttribute(slots, 3));
-    const corners = new THREE.InstancedBufferAttribute(new Int32Array(tets.corners), 4);
+    const corners = new THREE.InstancedBufferAttribute(new Int32Array(tets), 4);
     corners.gpuType = THREE.IntType;
     geometry.setAttribute("corners", corners);
-    const level = new THREE.InstancedBufferAttribute(new Int32Array(tets.levels), 1);
+    const level = new THREE.InstancedBufferAttribute(new Int32Array(tetLevel), 1);
     level.gpuType = THREE.IntType;
     geometry.setAttribute("level", level);
-    geometry.instanceCount = tets.levels.length;
+    geometry.instanceCount = tetLevel.length;
     this.mesh.geometry = geometry;
   }
 

@@ -209,7 +209,7 @@ export class Viewer {
     const state = this.store.get();
     const first = this.motion.frame === null;
     const other = this.body.epoch !== topology.epoch;
-    if (other) this.body.setTopology(topology, frame, state);
+    if (other) this.body.setTopology(topology, state);
     move();
     this.stage.lower(frame);
     if (first) this.body.show(state, true);
