@@ -51,6 +51,11 @@ struct FramePull {                                         // a pull in progress
     float force = 0;                                       // [N]
 };
 
+struct FrameForce {                        // the scene's, one arrow for each region, or one that a client has set
+    std::array<float, 3> at;               // [m] where it acts, now; of a region: the mean
+    std::array<float, 3> value;            // [N] in all
+};
+
 /// [ms] wall clock of a step: adapt (indicator, split, merge), setup (pattern after a change), assemble, solve, other.
 struct StepMilliseconds {
     double adapt = 0, setup = 0, assemble = 0, solve = 0, other = 0;
@@ -91,6 +96,7 @@ struct Frame {
     std::vector<std::array<float, 3>> surface;             // [S] positions [m]
     std::vector<std::array<float, 3>> front_positions;     // [N] positions of the front's vertices [m]
     std::vector<FramePull> pulls;
+    std::vector<FrameForce> forces;                        // that act now
     Field field = Field::none;
     std::vector<float> field_values;                       // [S] >= 0, or empty
     std::vector<float> front_values;                       // [N] >= 0, or empty

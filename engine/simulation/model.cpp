@@ -42,7 +42,7 @@ std::vector<AttachedForce> attach_forces(const Scene& scene, const Surface& surf
                              "move or enlarge the region");
         }
         for (std::size_t s : vertices)
-            forces.push_back({surface.attachment[s], spec.force / static_cast<double>(vertices.size()), spec.start, spec.end});
+            forces.push_back({surface.attachment[s], spec.force / static_cast<double>(vertices.size()), spec.start, spec.end, i});
     }
     return forces;
 }

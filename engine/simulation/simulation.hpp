@@ -37,6 +37,7 @@ struct AttachedForce {
     Attachment at;
     Vec3 force;                          // [N]
     double start = 0, end = 0;           // [s]
+    std::size_t spec = 0;                // index into the scene's forces
 };
 
 /// Everything that never changes while simulating; may be shared by any number of simulations.

@@ -53,6 +53,7 @@ std::shared_ptr<const Frame> Simulation::frame(double steps_per_second, Field fi
     status.converged = s.report.converged;
     status.warning = s.report.warning;
     const std::shared_ptr<Frame> frame = s.frames.build(s.front, s.state.x, std::move(status), s.pulls.seen(s.front, *s.model, s.state.x));
+    frame->forces = s.seen_forces();
     frame->field = field;
     FieldValues values = surface_field(
         field, {s.front, s.elements, s.adaptivity, s.matrices(), s.model->surface, frame->surface, s.frames.points(),

@@ -43,6 +43,8 @@ struct Simulation::Impl {
 
     /// Loads of the present state.
     void add_loads(Loads& loads) const;
+    /// What of the loads is a force that somebody or the scene set, for frames.
+    [[nodiscard]] std::vector<FrameForce> seen_forces() const;
     /// Of the last evaluation of `elements` [J]: elastic, kinetic, and in the gravity field up to a constant.
     [[nodiscard]] double total_energy() const;
 

@@ -204,6 +204,32 @@ void Simulation::Impl::add_loads(Loads& loads) const {
     if (model->ground) model->ground->add_contacts(loads, front, model->surface, matrices(), state, settings.time_step);
 }
 
+std::vector<FrameForce> Simulation::Impl::seen_forces() const {
+    std::vector<FrameForce> seen;
+    const auto add = [&](const Vec3& at, const Vec3& value) {
+        FrameForce& force = seen.emplace_back();
+        for (int c = 0; c < 3; ++c) {
+            force.at[static_cast<std::size_t>(c)] = static_cast<float>(at[c]);
+            force.value[static_cast<std::size_t>(c)] = static_cast<float>(value[c]);
+        }
+    };
+    const auto place = [&](const Attachment& at) {
+        return value_at(front.locate(at.leaf, at.barycentric), front.nodes_per_tet(), state.x);
+    };
+    // The points of a region follow each other.
+    for (auto first = model->forces.begin(); first != model->forces.end();) {
+        const auto last = std::find_if(first, model->forces.end(), [&](const AttachedForce& f) { return f.spec != first->spec; });
+        if (time >= first->start && time < first->end) {
+            Vec3 middle = Vec3::Zero(), total = Vec3::Zero();
+            for (auto f = first; f != last; ++f) middle += place(f->at), total += f->force;
+            add(middle / static_cast<double>(last - first), total);
+        }
+        first = last;
+    }
+    for (const PointLoad& f : edit_forces) add(place(f.at), f.force);
+    return seen;
+}
+
 void Simulation::Impl::describe(StepReport& r) const {
     r.step = steps;
     r.time = time;

@@ -33,6 +33,11 @@ std::string pascals(double value) {
     return prefixed(value, units);
 }
 
+std::string newtons(double value) {
+    static constexpr const char* units[] = {" N", " kN", " MN", " GN"};
+    return prefixed(value, units);
+}
+
 std::string metres(double value) {
     static constexpr const char* units[] = {" nm", " µm", " mm", " m", " km"};
     return value == 0 ? "0 m" : prefixed(value * 1e9, units);

@@ -42,6 +42,8 @@ double readable_ceiling(double x);
 
 /// A value with three significant digits and a prefix: 2.5e5 Pa -> "250 kPa".
 std::string pascals(double value);
+/// "12.5 N", "4 kN"
+std::string newtons(double value);
 /// "12 mm", "1.5 m"
 std::string metres(double value);
 /// 0.0123 -> "1.23 %"

@@ -108,13 +108,17 @@ void FrameBuffers::update_section(const Frame& frame, const View& view) {
 
 void FrameBuffers::update_arrows(const Frame& frame, const View& view, float radius) {
     Solid solid;
+    std::vector<std::array<std::uint8_t, 4>> colours;
+    const auto add = [&](const Point& from, const Point& to, Rgb c) {
+        append_arrow(solid, from, to, radius);
+        colours.resize(solid.positions.size(), {c.r, c.g, c.b, 255});
+    };
     if (view.arrows) {
-        for (const FramePull& pull : frame.pulls) append_arrow(solid, pull.from, pull.to, radius);
+        for (const FramePull& pull : frame.pulls) add(pull.from, pull.to, pull_colour);
+        for (const FrameForce& force : frame.forces) add(force.at, force_tip(*frame.model, force), force_colour);
     }
     arrows_.set_triangles(solid.triangles);
     if (solid.triangles.empty()) return;
-    const std::vector<std::array<std::uint8_t, 4>> colours(solid.positions.size(),
-                                                           {pull_colour.r, pull_colour.g, pull_colour.b, 255});
     arrows_.positions.upload(bytes(solid.positions));
     arrows_.normals.upload(bytes(solid.normals));
     arrows_.colours.upload(bytes(colours));

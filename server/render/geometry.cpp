@@ -114,6 +114,17 @@ std::vector<std::array<std::uint8_t, 4>> surface_colours(const Frame& frame, con
     return colours;
 }
 
+Point force_tip(const FrameModel& model, const FrameForce& force) {
+    const auto& box = model.rest_box;
+    const float radius = 0.5F * (Vector3f(box[3], box[4], box[5]) - Vector3f(box[0], box[1], box[2])).norm();
+    const float newtons_per_metre = 0.1F * model.young_range[0] * radius;
+    Vector3f way = vector(force.value) / newtons_per_metre;
+    if (!way.allFinite()) return force.at;
+    const float length = way.norm();
+    if (length > 0) way *= std::clamp(length, 0.33F * radius, 1.5F * radius) / length;
+    return point(vector(force.at) + way);
+}
+
 Eigen::AlignedBox3f bounds(const Frame& frame, bool with_front, bool with_arrows) {
     Eigen::AlignedBox3f box;
     const auto extend = [&box](const Point& p) {
@@ -126,6 +137,7 @@ Eigen::AlignedBox3f bounds(const Frame& frame, bool with_front, bool with_arrows
     }
     if (with_arrows) {
         for (const FramePull& pull : frame.pulls) extend(pull.from), extend(pull.to);
+        for (const FrameForce& force : frame.forces) extend(force.at), extend(force_tip(*frame.model, force));
     }
     if (box.isEmpty()) return {Vector3f::Constant(-0.5F), Vector3f::Constant(0.5F)};
     return box;

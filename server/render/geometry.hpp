@@ -43,7 +43,12 @@ bool is_closed(std::span<const std::array<std::uint32_t, 3>> triangles);
 /// [S] RGBA of the surface's vertices. Throws InputError when the frame lacks what the view's colouring shows.
 std::vector<std::array<std::uint8_t, 4>> surface_colours(const Frame& frame, const View& view);
 
-/// Box around all finite points of the frame: surface, front and pulls if asked for. A unit box if there is none.
+/// Where the arrow of a force ends, as in the browser: one as long as the object's radius strains a block of that size, as
+/// soft as the softest part, by a tenth. At least a third of that long, since thin objects bend by far smaller forces, and at most
+/// one and a half times as long.
+Point force_tip(const FrameModel& model, const FrameForce& force);
+
+/// Box around all finite points of the frame: surface, front and arrows if asked for. A unit box if there is none.
 Eigen::AlignedBox3f bounds(const Frame& frame, bool with_front, bool with_arrows = true);
 
 /// A closed triangle mesh with normals of its own.

@@ -68,9 +68,12 @@ void Page::header(const Frame& frame, const std::string& title) {
     std::string numbers = "t = " + number("%.2f", status.time) + " s   ·   " + with_thousands(tets) + " tets";
     if (status.estimate > 1e-6)  // at rest there is nothing but rounding
         numbers += "   ·   error estimate " + number("%.2g", 100 * status.estimate) + " %";
-    double force = 0;
-    for (const FramePull& pull : frame.pulls) force += static_cast<double>(pull.force);
-    if (!frame.pulls.empty()) numbers += "   ·   pull " + number("%.3g", force) + " N";
+    double pulled = 0;
+    for (const FramePull& pull : frame.pulls) pulled += static_cast<double>(pull.force);
+    if (!frame.pulls.empty()) numbers += "   ·   pull " + newtons(pulled);
+    double forces = 0;
+    for (const FrameForce& f : frame.forces) forces += Vec3(f.value[0], f.value[1], f.value[2]).norm();
+    if (!frame.forces.empty()) numbers += "   ·   forces " + newtons(forces);
     const double available = image_.width - 2 * px(margin);
     if (!title.empty() && width(title, title_size, true) <= available) {
         text(px(margin), top_ + px(15), title, title_size, inks_.strong, true);

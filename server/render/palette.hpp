@@ -65,6 +65,7 @@ inline constexpr std::array<Rgb, 10> error_colours = {{{0x00, 0x22, 0x4e},
 
 /// Arrows of pulls: occurs in none of the maps above.
 inline constexpr Rgb pull_colour = {0xc2, 0x18, 0x6b};
+inline constexpr Rgb force_colour = {0xd9, 0x77, 0x06};
 
 Rgb level_colour(int level);
 

@@ -28,7 +28,7 @@
 
 namespace tetfront {
 
-inline constexpr std::uint32_t recording_version = 2;
+inline constexpr std::uint32_t recording_version = 3;
 
 /// What a recording says about itself.
 struct RecordingInfo {

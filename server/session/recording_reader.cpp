@@ -109,6 +109,7 @@ std::shared_ptr<Frame> read_frame(PayloadReader in, const FrameModel& model, std
                  std::isfinite(status.tolerance),
              "a frame's numbers are out of range");
     frame->pulls = in.get_array<FramePull>();
+    frame->forces = in.get_array<FrameForce>();
     const Grid grid(model.rest_box);
     frame->field = field;
     const auto surface = in.get_array<PackedPoint>();

@@ -87,6 +87,8 @@ std::string frame_payload(const Frame& frame, const Grid& grid) {
     out.put(std::string_view(status.warning).substr(0, 1000));
     static_assert(sizeof(FramePull) == 28);
     out.put_array(std::span(frame.pulls));
+    static_assert(sizeof(FrameForce) == 24);
+    out.put_array(std::span(frame.forces));
     std::vector<PackedPoint> points;
     points.reserve(std::max(frame.surface.size(), frame.front_positions.size()));
     for (std::size_t i = 0; i < frame.surface.size(); ++i)

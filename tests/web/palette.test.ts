@@ -1,7 +1,7 @@
 import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 
-import { levelColour, mapColour, PULL } from "../../web/src/palette";
+import { FORCE, levelColour, mapColour, PULL } from "../../web/src/palette";
 import type { Rgb } from "../../web/src/palette";
 import { makeScale } from "../../web/src/scale";
 
@@ -12,6 +12,7 @@ const golden = JSON.parse(readFileSync(new URL("../golden/palette.json", import.
   field: string[];
   error: string[];
   pull: string;
+  force: string;
   samples: { young: number; range: [number, number]; position: number; colour: number[] }[];
 };
 const bytes = (colour: Rgb) => colour.map((x) => Math.round(255 * x));
@@ -33,7 +34,7 @@ describe("the palette", () => {
     middle.forEach((x, i) => expect(x).toBeCloseTo((a[i] + b[i]) / 2, 6));
   });
 
-  it("has the pull's colour", () => expect(PULL).toBe(golden.pull));
+  it("has the colours of pulls and forces", () => expect([PULL, FORCE]).toEqual([golden.pull, golden.force]));
 
   it.each(golden.samples)("colours $young Pa within $range", ({ young, range, position, colour }) => {
     const scale = makeScale("stiffness", range);

@@ -30,6 +30,8 @@ export type MapName = keyof typeof MAPS;
 
 /** A pull's rubber band. */
 export const PULL = "#c2186b";
+/** The arrow of a force that stays. */
+export const FORCE = "#d97706";
 
 export const levelColour = (level: number): Rgb => LEVELS[Math.min(level, LEVELS.length - 1)];
 

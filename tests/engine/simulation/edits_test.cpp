@@ -49,6 +49,27 @@ double sag(double scale) {
     return rest - centre(simulation, tip).z();
 }
 
+TEST(Edits, FramesShowTheForcesThatAct) {
+    Simulation simulation(cantilever_model(
+        {{"/forces", R"([{"region": {"half_space": {"point": [1.999, 0, 0], "normal": [-1, 0, 0]}}, "force": [0, 0, -5], "end": 0.01},
+                         {"region": {"half_space": {"point": [1.999, 0, 0], "normal": [-1, 0, 0]}}, "force": [3, 0, 0]},
+                         {"region": {"half_space": {"point": [1.999, 0, 0], "normal": [-1, 0, 0]}}, "force": [0, 7, 0], "start": 9}])"}}));
+    const auto at_rest = simulation.frame()->forces;
+    ASSERT_EQ(at_rest.size(), 2U) << "the third comes later";
+    EXPECT_NEAR(at_rest[0].value[2], -5, 1e-5) << "of all points together";
+    EXPECT_NEAR(at_rest[1].value[0], 3, 1e-5);
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(at_rest[0].at[c], c == 0 ? 2 : 0.5, 1e-5) << "in the middle of its region";
+    Edits edits;
+    edits.forces[4] = {{tip_of(simulation), Vec3::Constant(1.0 / 3)}, {0, 0, 10}};
+    simulation.set_edits(edits);
+    simulation.step();
+    const auto later = simulation.frame()->forces;
+    ASSERT_EQ(later.size(), 2U) << "the first is over";
+    EXPECT_NEAR(later[0].value[0], 3, 1e-5);
+    EXPECT_EQ(later[1].value[2], 10);
+    EXPECT_LT(later[0].at[2], 0.5) << "it sinks with the object";
+}
+
 TEST(Edits, TwiceTheStiffnessHalvesASmallDeflection) {
     const double once = sag(1), twice = sag(2);
     EXPECT_GT(once, 1e-4);

@@ -66,6 +66,26 @@ TEST(Geometry, BoundsHoldEverythingFinite) {
     EXPECT_EQ(bounds(frame, true).min(), Vector3f(-1, 0, 0));
 }
 
+TEST(Geometry, ForcesHaveArrowsInProportionUpToALimit) {
+    FrameModel model;
+    model.rest_box = {0, 0, 0, 0, 0, 2};  // radius 1
+    model.young_range = {1e4F, 1e6F};
+    EXPECT_EQ(force_tip(model, {{1, 2, 3}, {500, 0, 0}}), (Point{1.5F, 2, 3}));
+    EXPECT_EQ(force_tip(model, {{1, 2, 3}, {0, -1e9F, 0}}), (Point{1, 0.5F, 3}));
+    EXPECT_NEAR(force_tip(model, {{1, 2, 3}, {0, 0, 1e-6F}})[2], 3.33F, 1e-6) << "too short to be seen otherwise";
+    EXPECT_EQ(force_tip(model, {{1, 2, 3}, {0, 0, 0}}), (Point{1, 2, 3}));
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_EQ(force_tip(model, {{1, 2, 3}, {nan, 0, 0}}), (Point{1, 2, 3}));
+    model.young_range = {0, 0};
+    EXPECT_EQ(force_tip(model, {{1, 2, 3}, {1, 0, 0}}), (Point{1, 2, 3})) << "no scale, no arrow";
+    Frame frame;
+    frame.model = std::make_shared<FrameModel>(FrameModel{.triangles = {}, .young = {}, .young_range = {1e4F, 1e4F}, .rest_box = {0, 0, 0, 0, 0, 2}});
+    frame.surface = {{0, 0, 0}};
+    frame.forces = {{{0, 0, 0}, {1000, 0, 0}}};
+    EXPECT_EQ(bounds(frame, false).max(), Vector3f(1, 0, 0));
+    EXPECT_EQ(bounds(frame, false, false).max(), Vector3f(0, 0, 0));
+}
+
 TEST(Geometry, ArrowIsClosedAndPointsOutwards) {
     for (const Point to : {Point{0, 0, 2}, Point{1, -3, 0.5F}, Point{0.001F, 0, 0}, Point{0, 0, 0}}) {
         Solid solid;

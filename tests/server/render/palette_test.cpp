@@ -77,6 +77,7 @@ TEST(Palette, HasTheNumbersThatTheBrowserHas) {
     ASSERT_EQ(file["error"].size(), error_colours.size());
     for (std::size_t i = 0; i < error_colours.size(); ++i) EXPECT_EQ(hex(error_colours[i]), file["error"][i]);
     EXPECT_EQ(hex(pull_colour), file["pull"]);
+    EXPECT_EQ(hex(force_colour), file["force"]);
     ASSERT_FALSE(file["samples"].empty());
     for (const auto& sample : file["samples"]) {
         const auto range = sample["range"].get<std::array<float, 2>>();

@@ -52,6 +52,7 @@ std::shared_ptr<Frame> moment(int k) {
     frame->front_values.assign(frame->front_positions.size(), 0.0F);
     frame->front_values[5] = 3;
     frame->pulls = {{{1, 2, 3}, {4, 5, 6}, 7}};
+    frame->forces = {{{3, 2, 1}, {0, 0, -9}}};
     frame->status.time = k / 30.0;
     frame->status.step = static_cast<std::uint64_t>(2 * k);
     frame->status.warning = "mind the gap";
@@ -107,6 +108,9 @@ TEST(Recording, GivesBackWhatWentIn) {
         EXPECT_EQ(seen->status.warning, "mind the gap");
         ASSERT_EQ(seen->pulls.size(), 1U);
         EXPECT_EQ(seen->pulls[0].to[1], 5);
+        ASSERT_EQ(seen->forces.size(), 1U);
+        EXPECT_EQ(seen->forces[0].at[0], 3);
+        EXPECT_EQ(seen->forces[0].value[2], -9);
         ASSERT_EQ(seen->surface.size(), made->surface.size());
         for (std::size_t i = 0; i < made->surface.size(); ++i)
             for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(seen->surface[i][c], made->surface[i][c], 1e-6);

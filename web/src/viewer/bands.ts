@@ -4,7 +4,7 @@
 import * as THREE from "three";
 
 import { quantity } from "../format";
-import { PULL } from "../palette";
+import { FORCE, PULL } from "../palette";
 import type { CameraRig } from "./camera";
 
 export interface Band {
@@ -19,7 +19,7 @@ export type BandKind = "own" | "other" | "force" | "selected" | "pin";
 const COLOURS: Record<BandKind, string> = {
   own: PULL,
   other: "#8a94a6", // pulls of other viewers
-  force: "#d97706",
+  force: FORCE,
   selected: "#b45309",
   pin: "#334155",
 };
