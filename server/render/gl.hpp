@@ -1,20 +1,19 @@
 #pragma once
-// OpenGL core functions as libOSMesa exports them, and owners of GL objects. Every owner must be made and destroyed
+// Owners of GL objects. Every owner must be made and destroyed
 // while its GlContext is current.
 //
 //     GlProgram program("lines", vertex_source, fragment_source);
 //     GlBuffer positions;
 //     positions.upload(std::as_bytes(std::span(vertices)));
 
-#define GL_GLEXT_PROTOTYPES 1
+#include "server/render/gl_functions.hpp"
+
 #include <Eigen/Core>
 #include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
-
-#include <GL/glcorearb.h>
 
 namespace tetfront {
 

@@ -2,9 +2,9 @@
 // One OpenGL 3.3 core context without a display, current on the thread that made it.
 //
 //     GlContext context;                     // on the render thread
-//     glClear(...);                          // from <GL/glcorearb.h>, on the same thread only
+//     glClear(...);                          // from gl_functions.hpp, on the same thread only
 //
-// Made with OSMesa (Mesa's software rasteriser). Mesa 25.1 drops OSMesa; EGL with the surfaceless platform gives the
+// Made with OSMesa (Mesa's software rasteriser), whose library is loaded here. Mesa 25.1 drops OSMesa; EGL with the surfaceless platform gives the
 // same rasteriser, and this class is the only place that would change. Keep one context per process: contexts of one
 // process serialise each other, and making and destroying them leaks.
 
@@ -14,7 +14,7 @@ namespace tetfront {
 
 class GlContext {
  public:
-    /// Throws InputError when no context can be made.
+    /// Throws InputError when the library is not there or makes no context.
     GlContext();
     ~GlContext();
     GlContext(const GlContext&) = delete;
