@@ -107,9 +107,10 @@ int run_jobs(const std::vector<std::string>& arguments, const std::vector<int>& 
         if (begin == end) continue;
         std::vector<std::string> words = {"tetfront"};
         words.insert(words.end(), arguments.begin(), arguments.end());
-        words.insert(words.end(), {"--json", "--frames",
+        const int threads = std::max(1, processors / jobs);
+        words.insert(words.end(), {"--json", "--threads", std::to_string(threads), "--frames",
                                    std::to_string(numbers[begin]) + "-" + std::to_string(numbers[end - 1])});
-        running.push_back(std::make_unique<Job>(words, std::max(1, processors / jobs)));
+        running.push_back(std::make_unique<Job>(words, threads));
     }
     int result = exit_ok;
     while (!running.empty()) {

@@ -2,7 +2,9 @@
 
 #include "engine/base/atomic_file.hpp"
 
+#include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <system_error>
 #include <utility>
@@ -27,6 +29,14 @@ std::string shell_quoted(const std::string& word) {
 
 namespace {
 
+/// What all players show.
+std::vector<std::string> h264(bool even) {
+    std::vector<std::string> words;
+    if (!even) words = {"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"};
+    words.insert(words.end(), {"-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p"});
+    return words;
+}
+
 /// How the file's ending asks for the frames to be encoded.
 std::vector<std::string> encoding(const VideoJob& job) {
     std::string ending = std::filesystem::path(job.file).extension().string();
@@ -35,10 +45,26 @@ std::vector<std::string> encoding(const VideoJob& job) {
     if (ending == ".apng") return {"-c:v", "apng", "-plays", "0"};
     if (ending == ".gif")  // a palette of the frames' own colours
         return {"-filter_complex", "[0:v]split[a][b];[a]palettegen[p];[b][p]paletteuse", "-loop", "0"};
-    std::vector<std::string> words;
-    if (!job.even) words = {"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"};
-    words.insert(words.end(), {"-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p"});
-    return words;
+    return h264(job.even);
+}
+
+/// An exit status of waitpid() that is not success.
+[[noreturn]] void fail(const std::string& what, int status) {
+    throw OutputError(what + ": ffmpeg failed, " +
+                      (WIFEXITED(status) ? "exit status " + std::to_string(WEXITSTATUS(status)) : "signal " + std::to_string(WTERMSIG(status))));
+}
+
+std::vector<char*> pointers(std::vector<std::string>& words) {
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    return arguments;
+}
+
+int wait_for(pid_t child) {
+    int status = 0;
+    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {}
+    return status;
 }
 
 }  // namespace
@@ -71,25 +97,60 @@ std::string command_line(const VideoJob& job) {
 bool run_ffmpeg(const VideoJob& job) {
     std::vector<std::string> words = ffmpeg_command(job);
     words.insert(words.begin() + 1, {"-y", "-loglevel", "error", "-nostdin"});
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
     posix_spawn_file_actions_t actions;
     ::posix_spawn_file_actions_init(&actions);
     ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     ::posix_spawn_file_actions_adddup2(&actions, STDERR_FILENO, STDOUT_FILENO);  // stdout belongs to results
     pid_t child = 0;
-    const int error = ::posix_spawnp(&child, "ffmpeg", &actions, nullptr, arguments.data(), environ);
+    const int error = ::posix_spawnp(&child, "ffmpeg", &actions, nullptr, pointers(words).data(), environ);
     ::posix_spawn_file_actions_destroy(&actions);
     if (error == ENOENT) return false;
     if (error) throw OutputError("ffmpeg cannot be run: " + std::generic_category().message(error));
-    int status = 0;
-    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {}
-    if (status != 0)
-        throw OutputError(words.back() + ": ffmpeg failed, " +
-                          (WIFEXITED(status) ? "exit status " + std::to_string(WEXITSTATUS(status))
-                                             : "signal " + std::to_string(WTERMSIG(status))));
+    if (const int status = wait_for(child)) fail(words.back(), status);
     return true;
+}
+
+VideoStream::VideoStream(double fps, bool even) {
+    char rate[32];
+    std::snprintf(rate, sizeof rate, "%.10g", fps);
+    std::vector<std::string> words = {"ffmpeg", "-loglevel", "error", "-f", "image2pipe", "-c:v", "png", "-framerate", rate, "-i", "pipe:0"};
+    for (std::string& word : h264(even)) words.push_back(std::move(word));
+    words.insert(words.end(), {"-movflags", "frag_keyframe+empty_moov", "-f", "mp4", "pipe:1"});
+    std::array<int, 2> ends{};
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw OutputError("ffmpeg cannot be run: " + std::generic_category().message(errno));
+    posix_spawn_file_actions_t actions;
+    ::posix_spawn_file_actions_init(&actions);
+    ::posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
+    const int error = ::posix_spawnp(&child_, "ffmpeg", &actions, nullptr, pointers(words).data(), environ);
+    ::posix_spawn_file_actions_destroy(&actions);
+    ::close(ends[0]);
+    pipe_ = ends[1];
+    if (error) {
+        ::close(pipe_);
+        throw OutputError(error == ENOENT ? "there is no ffmpeg here; install it (Debian: ffmpeg), or take the pictures"
+                                          : "ffmpeg cannot be run: " + std::generic_category().message(error));
+    }
+}
+
+VideoStream::~VideoStream() {
+    if (pipe_ >= 0) ::close(pipe_);
+    if (child_ > 0) ::kill(child_, SIGKILL), wait_for(child_);
+}
+
+void VideoStream::add(std::string_view png) { write_all(pipe_, png, "ffmpeg's input"); }
+
+void VideoStream::finish() {
+    ::close(std::exchange(pipe_, -1));
+    if (const int status = wait_for(std::exchange(child_, -1))) fail("video", status);
+}
+
+void write_all(int descriptor, std::string_view bytes, const char* what) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) throw OutputError(std::string(what) + " cannot be written: " + std::generic_category().message(errno));
+        bytes.remove_prefix(static_cast<std::size_t>(written));
+    }
 }
 
 }  // namespace tetfront

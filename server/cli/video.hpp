@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tetfront {
@@ -25,6 +26,26 @@ std::vector<std::string> ffmpeg_command(const VideoJob& job);
 std::string command_line(const VideoJob& job);
 /// False: there is no ffmpeg in PATH. Throws OutputError when it fails.
 bool run_ffmpeg(const VideoJob& job);
+
+/// A video of pictures that come one by one, on standard output: fragments of MP4, which need no way back in the file.
+class VideoStream {
+ public:
+    /// Throws OutputError when there is no ffmpeg. SIGPIPE must be ignored.
+    VideoStream(double fps, bool even);
+    ~VideoStream();
+    VideoStream(const VideoStream&) = delete;
+    VideoStream& operator=(const VideoStream&) = delete;
+
+    void add(std::string_view png);
+    /// Throws OutputError when ffmpeg failed.
+    void finish();
+
+ private:
+    int child_ = -1, pipe_ = -1;
+};
+
+/// Throws OutputError, which names `what`.
+void write_all(int descriptor, std::string_view bytes, const char* what);
 
 std::string shell_quoted(const std::string& word);
 

@@ -111,7 +111,11 @@ class Pipeline {
             PngOptions png{options_.png_level, options_.text};
             png.text.emplace_back("Frame", std::to_string(next->index));
             png.text.emplace_back("Time", time);
-            write_atomically(options_.directory / frame_name(next->index), encode_png(next->image, png), Durable::no);
+            const std::string name = frame_name(next->index), bytes = encode_png(next->image, png);
+            if (options_.write)
+                options_.write(name, bytes);
+            else
+                write_atomically(options_.directory / name, bytes, Durable::no);
             report_.encode += watch.seconds();
             if (!written_.push(++written)) return;
         }
@@ -136,7 +140,7 @@ SequenceReport render_sequence(const SequenceOptions& options, const FrameSource
     ENSURE(options.frames >= 1, options.frames, " frames");
     ENSURE(std::ranges::is_sorted(options.numbers), "numbers of frames are not in order");
     validate(options.view);
-    prepare_directory(options.directory);
+    if (!options.write) prepare_directory(options.directory);
     return Pipeline(options, source).run(progress);
 }
 

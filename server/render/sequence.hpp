@@ -17,6 +17,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -26,6 +27,8 @@ struct SequenceOptions {
     int frames = 1;            // of the whole sequence, >= 1
     std::vector<int> numbers;  // of those to write, ascending in [0, frames); empty: all
     std::filesystem::path directory;
+    /// Takes each picture, on a thread of its own, in order; empty: files in the directory do.
+    std::function<void(const std::string& name, std::string_view png)> write = {};
     View view;
     std::string title;
     bool turntable = false;    // one revolution over the whole sequence, on top of what the view's keyframes do
