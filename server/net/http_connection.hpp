@@ -3,6 +3,8 @@
 // one after another, so pipelined ones cannot start two writes. Included by server.cpp only, see there.
 
 #include "engine/base/error.hpp"
+#include "server/net/child_stream.hpp"
+#include "server/net/exports.hpp"
 #include "server/net/snapshot.hpp"
 #include "server/net/websocket_connection.hpp"
 
@@ -37,7 +39,10 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
         });
     }
 
-    void shut_down() override { stream_.close(); }
+    void shut_down() override {
+        if (child_) child_->stop();
+        stream_.close();
+    }
 
  private:
     using Response = http::response<http::string_body>;
@@ -67,11 +72,13 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
         if (path == "/healthz") return on_health(keep_alive);
         if (path == "/readyz") return on_ready(keep_alive);
         if (path == "/session") return on_session(keep_alive);
-        const bool guarded = path == "/snapshot.png" || path == "/metrics" || path.starts_with("/recordings/");
+        const bool guarded = path == "/snapshot.png" || path == "/metrics" || path.starts_with("/recordings/") || path.starts_with("/thumbnails/");
         if (guarded && !authorized()) return refuse_token(keep_alive);
         if (path == "/snapshot.png") return on_snapshot(keep_alive);
         if (path == "/metrics") return on_metrics(keep_alive);
+        if (is_export(path)) return send_export(path, keep_alive);
         if (path.starts_with("/recordings/")) return send_recording(path.substr(12), keep_alive);
+        if (path.starts_with("/thumbnails/")) return send_thumbnail(path.substr(12), keep_alive);
         const WebFile* file = find(hub_.files, text(request.target()));
         if (!file) return refuse(http::status::not_found, "there is no such page", keep_alive);
         send_file(*file, keep_alive);
@@ -173,6 +180,57 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
                 self->linger();
             else
                 self->read();
+        });
+    }
+
+    /// Pictures or a video of a recording, drawn by another process while they are sent.
+    void send_export(std::string_view path, bool keep_alive) {
+        const http::request<http::empty_body>& request = parser_->get();
+        const std::string_view target = text(request.target());
+        std::optional<Export> wanted;
+        try {
+            wanted = find_export(hub_.session.settings().library, path, target.substr(std::min(target.size(), path.size() + 1)));
+        } catch (const InputError& error) {
+            return refuse(http::status::bad_request, error.what(), keep_alive);
+        }
+        if (!wanted) return refuse(http::status::not_found, "there is no such recording", keep_alive);
+        if (request.version() < 11) return refuse(http::status::http_version_not_supported, "use HTTP/1.1: it comes in chunks", keep_alive);
+        if (request.method() == http::verb::head) return answer("", keep_alive, wanted->content_type.c_str());
+        if (hub_.exports >= Hub::most_exports) {
+            Response response = make(http::status::too_many_requests, "other recordings are being drawn; try again later\n", keep_alive);
+            response.set(http::field::retry_after, "10");
+            return send(std::move(response));
+        }
+        try {
+            child_ = std::make_shared<ChildStream>(stream_, wanted->words);
+        } catch (const OutputError& error) {
+            return refuse(http::status::service_unavailable, error.what(), keep_alive);
+        }
+        ++hub_.exports;
+        ChildStream::Header header(http::status::ok, 11);
+        set_headers(header, keep_alive);
+        header.set(http::field::content_type, wanted->content_type);
+        header.set(http::field::content_disposition, "attachment; filename=\"" + wanted->file + "\"");
+        child_->start(std::move(header), timeouts_.download, [self = shared_from_this(), keep_alive](ChildStream::End end) {
+            --self->hub_.exports;
+            self->child_.reset();
+            if (end.outcome == ChildStream::Outcome::refused)
+                self->refuse(http::status::unprocessable_entity, end.problem, keep_alive);
+            else if (end.outcome == ChildStream::Outcome::sent && keep_alive)
+                self->read();
+            else
+                self->finish();
+        });
+    }
+
+    /// The answer comes when it is drawn; no other request is read meanwhile.
+    void send_thumbnail(std::string_view name, bool keep_alive) {
+        const std::string scene(name.substr(0, name.size() - std::min<std::size_t>(name.size(), 4)));
+        if (!name.ends_with(".png") || !hub_.session.settings().library.scene_file(scene))
+            return refuse(http::status::not_found, "there is no such scene", keep_alive);
+        hub_.thumbnail(scene, [self = shared_from_this(), keep_alive](const std::string& png) {
+            if (png.empty()) return self->send(self->make(http::status::no_content, "", keep_alive));
+            self->answer(png, keep_alive, "image/png");
         });
     }
 
@@ -311,6 +369,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
     beast::flat_buffer buffer_{2 * max_header_bytes};
     std::optional<http::request_parser<http::empty_body>> parser_;
     Response response_;
+    std::shared_ptr<ChildStream> child_;
     std::array<char, 4096> skipped_{};
 };
 

@@ -51,6 +51,11 @@ class Hub {
     const AccessPolicy access;
     const Limits limits;
     Metrics metrics;
+    static constexpr int most_exports = 2;
+    int exports = 0;                           // recordings that are being drawn for a download
+    /// Set by the server: draws a small picture of a scene. The PNG's bytes are empty when it cannot be drawn.
+    using ThumbnailDone = std::function<void(const std::string& png)>;
+    std::function<void(const std::string& scene, ThumbnailDone)> thumbnail;
 
     [[nodiscard]] std::size_t connection_count() const { return connections_.size(); }
     [[nodiscard]] std::size_t viewer_count() const { return viewers_.size(); }

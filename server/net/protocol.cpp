@@ -327,10 +327,10 @@ std::string states_reply(std::int64_t id, const std::vector<Library::FileEntry>&
     return text({{"type", "ok"}, {"id", id}, {"states", std::move(list)}});
 }
 
-std::string recordings_reply(std::int64_t id, const std::vector<Library::FileEntry>& recordings) {
+std::string recordings_reply(std::int64_t id, const std::vector<Library::FileEntry>& recordings, bool video) {
     Json list = Json::array();
     for (const auto& file : recordings) list.push_back({{"name", file.name}, {"bytes", file.bytes}});
-    return text({{"type", "ok"}, {"id", id}, {"recordings", std::move(list)}});
+    return text({{"type", "ok"}, {"id", id}, {"recordings", std::move(list)}, {"video", video}});
 }
 
 std::string ok_reply(std::int64_t id) { return text({{"type", "ok"}, {"id", id}}); }

@@ -50,7 +50,7 @@ std::string progress_event(std::string_view what, double fraction, const std::op
 std::string ok_reply(std::int64_t id);
 std::string scenes_reply(std::int64_t id, const std::vector<Library::SceneEntry>& scenes);
 std::string states_reply(std::int64_t id, const std::vector<Library::FileEntry>& states);
-std::string recordings_reply(std::int64_t id, const std::vector<Library::FileEntry>& recordings);
+std::string recordings_reply(std::int64_t id, const std::vector<Library::FileEntry>& recordings, bool video);
 std::string error_reply(std::optional<std::int64_t> id, const CommandError& error);
 
 }  // namespace tetfront

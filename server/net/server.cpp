@@ -9,6 +9,7 @@
 #include "server/net/access.hpp"
 #include "server/net/http_connection.hpp"
 #include "server/net/hub.hpp"
+#include "server/net/thumbnails.hpp"
 #include "server/net/websocket_connection.hpp"
 
 #include <csignal>
@@ -33,6 +34,7 @@ struct Server::Impl {
     asio::signal_set signals{io};
     asio::steady_timer accept_pause{io}, shutdown_deadline{io};
     Hub hub;
+    Thumbnails thumbnails;
     std::exception_ptr failure;
 
     std::mutex mutex;
@@ -40,7 +42,9 @@ struct Server::Impl {
 
     Impl(Options options_, WebFiles files, Session& session)
         : options(std::move(options_)),
-          hub(session, std::move(files), AccessPolicy(options.host, listen(), options.names, options.token), options.limits) {
+          hub(session, std::move(files), AccessPolicy(options.host, listen(), options.names, options.token), options.limits),
+          thumbnails(io.get_executor(), session.settings().library) {
+        hub.thumbnail = [this](const std::string& scene, Hub::ThumbnailDone done) { thumbnails.get(scene, std::move(done)); };
         // From here on, not from run() on: the port, and with it the URL, is known as soon as this exists.
         if (options.signals) {
             signals.add(SIGINT);
@@ -118,6 +122,7 @@ struct Server::Impl {
         shutdown_deadline.async_wait([this](Error error) {
             if (!error) io.stop();
         });
+        thumbnails.stop();
         hub.shut_down([this] { shutdown_deadline.cancel(); });
     }
 

@@ -72,6 +72,7 @@ SnapshotQuery parse_snapshot_query(std::string_view query, const ViewSpec& base)
         } else if (key == "view") {
             result.view = parse_view(value, "snapshot", result.view);
             result.view.keyframes.clear();
+            result.view_text = value;
         } else if (key == "camera") {
             std::array<double, 6> at{};
             std::string_view left = value;

@@ -21,6 +21,7 @@
 namespace tetfront {
 
 struct SnapshotQuery {
+    std::string view_text;  // the JSON of the key view; empty: it was not there
     int width = 1280, height = 720;  // [pixels] each 16..4096
     ViewSpec view;
 };

@@ -2,6 +2,7 @@
 // One viewer: commands in, frames and answers out. Included by server.cpp only, see there.
 
 #include "server/net/command_parser.hpp"
+#include "server/net/exports.hpp"
 #include "server/net/hub.hpp"
 #include "server/net/protocol.hpp"
 
@@ -205,7 +206,7 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
         } else if (std::holds_alternative<command::States>(command)) {
             push(states_reply(id, library.states()));
         } else if (std::holds_alternative<command::Recordings>(command)) {
-            push(recordings_reply(id, library.recordings()));
+            push(recordings_reply(id, library.recordings(), has_ffmpeg()));
         } else {
             return false;
         }

@@ -51,12 +51,17 @@ std::vector<Library::SceneEntry> Library::scenes() const {
     return result;
 }
 
-Scene Library::load(std::string_view name) const {
+std::optional<std::filesystem::path> Library::scene_file(std::string_view name) const {
     std::optional<std::filesystem::path> file;
     if (!scenes_.empty())
         each_file(scenes_, ".json", [&](const auto& path, const std::string& known) {
             if (known == name) file = path;
         });
+    return file;
+}
+
+Scene Library::load(std::string_view name) const {
+    const auto file = scene_file(name);
     if (!file) throw InputError("", "/scene", "is not a scene that is served", "use one of the list of the command scenes");
     return load_scene(*file);
 }

@@ -32,6 +32,8 @@ class Library {
     /// Files NAME.json that are scenes, by name; others are left out.
     [[nodiscard]] std::vector<SceneEntry> scenes() const;
     [[nodiscard]] bool has_scenes() const { return !scenes_.empty(); }
+    /// nullopt: there is none of this name.
+    [[nodiscard]] std::optional<std::filesystem::path> scene_file(std::string_view name) const;
     /// Throws InputError when there is no such scene or it is bad.
     [[nodiscard]] Scene load(std::string_view name) const;
 
@@ -43,8 +45,11 @@ class Library {
     [[nodiscard]] bool keeps() const { return !data_.empty(); }
     [[nodiscard]] std::vector<FileEntry> recordings() const { return files("recordings", ".tfr"); }
     [[nodiscard]] std::vector<FileEntry> states() const { return files("states", ".tfs"); }
+    /// Where the small picture of a scene lies, if it has been made.
+    [[nodiscard]] std::filesystem::path thumbnail(const std::string& scene) const { return data_ / "thumbnails" / (scene + ".png"); }
     /// Where a file of this plain name without extension is to be written. Throws OutputError when the folder cannot be made.
     [[nodiscard]] std::filesystem::path new_recording(const std::string& name) const { return place("recordings", name + ".tfr"); }
+    [[nodiscard]] std::filesystem::path new_thumbnail(const std::string& scene) const { return place("thumbnails", scene + ".png"); }
     [[nodiscard]] std::filesystem::path new_state(const std::string& name) const { return place("states", name + ".tfs"); }
 
  private:

@@ -7,6 +7,23 @@
 
 namespace tetfront {
 
+namespace {
+/// Colours by what is recorded; by levels where the scene's colours need more than that.
+ViewSpec recorded_view(ViewSpec view, Field field) {
+    const Colouring before = view.colouring;
+    switch (field) {
+        case Field::displacement: view.colouring = Colouring::displacement; break;
+        case Field::strain: view.colouring = Colouring::strain; break;
+        case Field::stress: view.colouring = Colouring::stress; break;
+        case Field::error: view.colouring = Colouring::error; break;
+        case Field::none:
+            if (before != Colouring::stiffness) view.colouring = Colouring::level;
+    }
+    if (view.colouring != before) view.range.reset();
+    return view;
+}
+}  // namespace
+
 LiveRecording::LiveRecording(const std::filesystem::path& file, const SessionModel& model, const Settings& settings)
     : settings_(settings) {
     const double dt = model.scene.time_step;
@@ -15,7 +32,7 @@ LiveRecording::LiveRecording(const std::filesystem::path& file, const SessionMod
                                                 RecordingInfo{.name = model.scene.name,
                                                               .title = model.scene.title,
                                                               .software = std::string("tetfront ") + TETFRONT_VERSION,
-                                                              .view = model.scene.view,
+                                                              .view = recorded_view(model.scene.view, settings.field),
                                                               .floor = model.floor,
                                                               .fps = 1 / (static_cast<double>(stride_) * dt),
                                                               .time_step = dt,

@@ -64,7 +64,7 @@ export function keepCommand(simulation, viewer, { command, value, scene }) {
       return {};
     }
     case "recordings":
-      return { recordings: simulation.recordings };
+      return { recordings: simulation.recordings, video: true };
     case "record_start":
       if (simulation.recording) return { code: "failed", pointer: "", message: "is recording already" };
       simulation.recording = { name: `mock-${simulation.recordings.length + 1}.tfr`, frames: 0 };

@@ -19,16 +19,24 @@ const here = dirname(fileURLToPath(import.meta.url));
 const { WebSocketServer } = createRequire(join(here, "../../web/package.json"))("ws");
 const DIST = join(here, "../../web/dist");
 const TYPES = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml" };
+// One orange pixel.
+const THUMBNAIL = Buffer.from(
+  "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGO4Wc4GAAODAVdvW79nAAAAAElFTkSuQmCC",
+  "base64",
+);
 const POLICY =
   "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; font-src 'self'; connect-src 'self'; " +
   "worker-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/** options: port (0: any), detail (of the ball, 1..6), playing, building: milliseconds of false progress. */
+/** options: port (0: any), detail (of the ball, 1..6), playing, building: milliseconds of false progress, token: that is asked for. */
 export async function startMockServer(options = {}) {
   const simulation = new MockSimulation(greet, options);
-  const http = createServer(serveFile);
+  const http = createServer((request, response) => serve(request, response, options.token));
   const sockets = new WebSocketServer({ server: http, path: "/ws", handleProtocols: () => "tetfront.v1" });
-  sockets.on("connection", (socket) => welcome(socket, simulation, options.building ?? 0));
+  sockets.on("connection", (socket, request) => {
+    if (authorized(request, options.token)) void welcome(socket, simulation, options.building ?? 0);
+    else socket.close(4001);
+  });
   const timer = setInterval(() => simulation.advance(), 1000 / 30);
   await new Promise((resolve) => http.listen(options.port ?? 0, "127.0.0.1", resolve));
   const { port } = http.address();
@@ -46,12 +54,29 @@ export async function startMockServer(options = {}) {
   };
 }
 
-function serveFile(request, response) {
+const authorized = ({ headers }, token) =>
+  !token || headers.authorization === `Bearer ${token}` || headers.cookie === `tetfront_token=${token}`;
+
+function serve(request, response, token) {
   const path = normalize(new URL(request.url, "http://x").pathname);
-  if (path.startsWith("/recordings/")) {
+  if (path === "/session") {
+    const good = authorized(request, token);
+    const cookie = { "set-cookie": `tetfront_token=${token}; Path=/; HttpOnly; SameSite=Strict` };
+    response.writeHead(good ? 204 : 401, good ? cookie : {}).end();
+  } else if (path.endsWith("/video.mp4")) {
+    response.writeHead(422).end("there is no ffmpeg here; install it\n");
+  } else if (path.startsWith("/recordings/")) {
     response.writeHead(200, { "content-type": "application/octet-stream" }).end(`recording ${path.slice(12)}`);
-    return;
+  } else if (path === "/thumbnails/mock.png") {
+    response.writeHead(200, { "content-type": "image/png" }).end(THUMBNAIL);
+  } else if (path.startsWith("/thumbnails/")) {
+    response.writeHead(204).end();
+  } else {
+    serveFile(path, response);
   }
+}
+
+function serveFile(path, response) {
   const file = join(DIST, path === "/" ? "index.html" : path);
   if (!file.startsWith(DIST) || !existsSync(file) || !statSync(file).isFile()) {
     response.writeHead(404).end();

@@ -139,6 +139,7 @@ export interface Answer {
   id: number;
   scenes?: readonly { name: string; title: string }[];
   recordings?: readonly { name: string; bytes: number }[];
+  video?: boolean; // whether the server makes videos of them
 }
 
 export interface Refusal {

@@ -16,7 +16,7 @@ import { status } from "./panels/status";
 import type { Toasts } from "./panels/toasts";
 import { toolbar } from "./panels/toolbar";
 import { view } from "./panels/view";
-import { download, fetchSnapshot, snapshotQuery } from "./snapshot";
+import { download, exportQuery, fetchSnapshot, snapshotQuery } from "./snapshot";
 import { can } from "./store";
 import type { Store } from "./store";
 import type { Viewer } from "./viewer/viewer";
@@ -35,7 +35,7 @@ export function buildPage(parts: PageParts): void {
   const { store, viewer, canvas, send, request } = parts;
   const actions = makeActions(store, send, viewer.rig, viewer.pins);
   const scenes = sceneSheet(store, request);
-  const recordings = recordingSheet(request);
+  const recordings = recordingSheet(request, (name) => exportQuery(store.get(), viewer.framing, name));
   const plotCard = plots(store);
   const panel = h("aside", {
     className: "card panel",
@@ -62,7 +62,7 @@ export function buildPage(parts: PageParts): void {
   );
   byId("chrome").append(
     heading(store, scenes.open),
-    banner(store, { retry: parts.retry, reload: () => location.reload() }),
+    banner(store, { retry: parts.retry, reload: () => location.reload(), reset: actions.reset }),
     h(
       "nav",
       { className: "card corner", attributes: { "aria-label": "Page" } },

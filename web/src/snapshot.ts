@@ -1,5 +1,5 @@
-// A picture to keep: drawn by the server with the page's camera, or what the canvas shows. The server's picture shows what
-// the panels leave free of the page's, so both have the object at the same place.
+// Pictures to keep: one, drawn by the server with the page's camera or as the canvas shows it; or all of a recording. The
+// server's pictures show what the panels leave free of the page's, so both have the object at the same place.
 
 import type { Vec3 } from "./messages";
 import { shownColouring } from "./store";
@@ -17,22 +17,35 @@ export interface Framing {
 
 /** The query of /snapshot.png. */
 export function snapshotQuery(state: Readonly<State>, framing: Framing, transparent = false): string {
-  const { eye, target, covered } = framing;
-  const width = Math.round(framing.width - covered.left - covered.right);
-  const height = Math.round(framing.height - covered.top - covered.bottom);
-  const half = Math.tan((framing.field_of_view * Math.PI) / 360) * (height / framing.height);
-  const view = {
+  const background = transparent ? "transparent" : state.dark ? "dark" : "light";
+  return query(framing, { ...viewOf(state, framing), colouring: shownColouring(state), background });
+}
+
+/** The query of a recording's pictures and of its video. Colours are those that were recorded; the camera is the page's when the name
+ * says that the recording is of the page's scene, and the scene's own otherwise. */
+export function exportQuery(state: Readonly<State>, framing: Framing, name: string): string {
+  const same = state.hello !== null && name.startsWith(`${state.hello.scene.name}-`);
+  const background = state.dark ? "dark" : "light";
+  return query(framing, same ? { ...viewOf(state, framing), background } : { background });
+}
+
+function viewOf(state: Readonly<State>, { eye, target, covered, height, field_of_view }: Framing) {
+  const free = (height - covered.top - covered.bottom) / height;
+  const half = Math.tan((field_of_view * Math.PI) / 360) * free;
+  return {
     eye,
     target,
     field_of_view: Math.min(120, Math.max(5, (2 * Math.atan(half) * 180) / Math.PI)),
-    colouring: shownColouring(state),
     wireframe: state.wireframe,
-    background: transparent ? "transparent" : state.dark ? "dark" : "light",
     ...(state.cut && state.hello ? { cut: cutOf(state.cut, state.hello.rest_box) } : {}),
   };
+}
+
+function query({ width, height, covered }: Framing, view: object): string {
+  const side = (pixels: number) => String(Math.min(4096, Math.max(16, Math.round(pixels))));
   return new URLSearchParams({
-    w: String(Math.min(4096, Math.max(16, width))),
-    h: String(Math.min(4096, Math.max(16, height))),
+    w: side(width - covered.left - covered.right),
+    h: side(height - covered.top - covered.bottom),
     view: JSON.stringify(view),
   }).toString();
 }
@@ -49,6 +62,32 @@ export async function fetchSnapshot(query: string): Promise<Blob> {
   if (!answer) throw new Error("the server did not answer");
   if (!answer.ok) throw new Error((await answer.text()).trim() || `the server answered ${answer.status}`);
   return answer.blob();
+}
+
+/** A file that the server makes while it sends it; `arrived` hears how many bytes there are so far. Throws an Error with one
+ * readable line. */
+export async function fetchWhileMade(
+  url: string,
+  arrived: (bytes: number) => void,
+  signal: AbortSignal,
+): Promise<Blob> {
+  const answer = await fetch(url, { signal }).catch(() => null);
+  if (signal.aborted) throw new Error("cancelled");
+  if (!answer) throw new Error("the server did not answer");
+  if (!answer.ok || !answer.body)
+    throw new Error((await answer.text()).trim() || `the server answered ${answer.status}`);
+  const parts: Uint8Array<ArrayBuffer>[] = [];
+  let size = 0;
+  const reader = answer.body.getReader();
+  try {
+    for (let part = await reader.read(); !part.done; part = await reader.read()) {
+      parts.push(part.value);
+      arrived((size += part.value.length));
+    }
+  } catch {
+    throw new Error(signal.aborted ? "cancelled" : "the server stopped before the end; its log says why");
+  }
+  return new Blob(parts);
 }
 
 export function download(blob: Blob, name: string): void {

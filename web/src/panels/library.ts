@@ -3,6 +3,7 @@
 import { bytes } from "../format";
 import type { Answer, Command } from "../messages";
 import type { Store } from "../store";
+import { download, fetchWhileMade } from "../snapshot";
 import { h, icon } from "./dom";
 
 type Request = (command: Command) => Promise<Answer | null>;
@@ -18,7 +19,10 @@ export function sceneSheet(store: Store, request: Request): Sheet {
     body.replaceChildren(h("li", { className: "note" }, "Asking the server …"));
     const answer = await request({ command: "scenes" });
     const now = store.get().hello?.scene.name;
+    const pictures: [HTMLImageElement, string][] = [];
     const cards = (answer?.scenes ?? []).map(({ name, title }) => {
+      const picture = h("img", { alt: "", hidden: true });
+      pictures.push([picture, `thumbnails/${encodeURIComponent(name)}.png`]);
       const button = h(
         "button",
         {
@@ -28,6 +32,7 @@ export function sceneSheet(store: Store, request: Request): Sheet {
             void request({ command: "load", scene: name });
           },
         },
+        h("span", { className: "frame" }, picture),
         h("b", {}, title || name),
         h("small", {}, name === now ? `${name} · open now` : name),
       );
@@ -35,33 +40,80 @@ export function sceneSheet(store: Store, request: Request): Sheet {
       return h("li", {}, button);
     });
     body.replaceChildren(...(cards.length ? cards : [h("li", { className: "note" }, "The server offers no scenes.")]));
+    void showOneByOne(pictures);
   });
   return { element, open };
 }
 
-export function recordingSheet(request: Request): Sheet {
+/** The server draws a picture when it is first asked for; one request at a time leaves the others to the page. */
+async function showOneByOne(pictures: readonly [HTMLImageElement, string][]): Promise<void> {
+  for (const [image, source] of pictures) {
+    if (!image.isConnected) return;
+    image.src = source;
+    // A scene that cannot be drawn, as its model has not been fetched, keeps an empty frame.
+    await image.decode().then(
+      () => (image.hidden = false),
+      () => undefined,
+    );
+  }
+}
+
+/** query: what the pictures of the recording of this name show. */
+export function recordingSheet(request: Request, query: (name: string) => string): Sheet {
   const body = h("ul", { className: "files" });
+  const problem = h("li", { className: "note problem", attributes: { role: "alert" } }); // toasts lie behind the sheet
+  const exports = { query, failed: (message: string) => (problem.textContent = message) };
   return sheet("Recordings", "recordings", body, async () => {
     body.replaceChildren(h("li", { className: "note" }, "Asking the server …"));
     const answer = await request({ command: "recordings" });
-    const rows = (answer?.recordings ?? []).map(({ name, bytes: size }) =>
-      h(
+    const rows = (answer?.recordings ?? []).map(({ name, bytes: size }) => {
+      const path = `recordings/${encodeURIComponent(name)}`;
+      return h(
         "li",
         {},
-        h("a", { href: `recordings/${encodeURIComponent(name)}`, download: name }, name),
+        h("b", {}, name.replace(/\.tfr$/, "")),
         h("small", {}, bytes(size)),
-      ),
-    );
+        h("a", { href: path, download: name, title: "For tetfront render and tetfront serve" }, "Recording"),
+        exportButton("Pictures", name, `${path}/frames.zip`, exports),
+        answer?.video ? exportButton("Video", name, `${path}/video.mp4`, exports) : null,
+      );
+    });
+    problem.textContent = "";
     body.replaceChildren(
       ...(rows.length ? rows : [h("li", { className: "note" }, "None yet: V starts one and ends it.")]),
-      h(
-        "li",
-        { className: "note" },
-        h("code", {}, "tetfront render NAME --video"),
-        " makes pictures and a video of one.",
-      ),
+      problem,
+      h("li", { className: "note" }, "Pictures are drawn by the server as you see the object now, about ten a second."),
     );
   });
+}
+
+interface Exports {
+  query: (name: string) => string;
+  failed: (message: string) => void;
+}
+
+/** Downloads what the server makes meanwhile; a second click ends it. */
+function exportButton(label: string, name: string, url: string, { query, failed }: Exports): HTMLElement {
+  let running: AbortController | null = null;
+  const start = async () => {
+    running = new AbortController();
+    button.textContent = "Cancel · 0 MB";
+    try {
+      const arrived = (size: number) => (button.textContent = `Cancel · ${bytes(size)}`);
+      const blob = await fetchWhileMade(`${url}?${query(name)}`, arrived, running.signal);
+      download(blob, name.replace(/\.tfr$/, url.slice(url.lastIndexOf("."))));
+    } catch (error) {
+      if (!running.signal.aborted) failed(`${label}: ${error instanceof Error ? error.message : String(error)}`);
+    }
+    running = null;
+    button.textContent = label;
+  };
+  const button = h(
+    "button",
+    { type: "button", onclick: () => (running ? running.abort() : void start()), title: `${label} of ${name}` },
+    label,
+  );
+  return button;
 }
 
 /** A dialog with a heading; `fill` is called each time it opens. */

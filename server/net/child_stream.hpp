@@ -1,0 +1,87 @@
+#pragma once
+// Sends what a child process writes to a client while it writes it, in HTTP chunks. The child never gets ahead by more
+// than a pipe, and ends when the client goes. Included by server.cpp only, see there.
+//
+//     const auto child = std::make_shared<ChildStream>(stream, words);
+//     child->start(header, timeout, [](ChildStream::End end) { ... });
+
+#include "server/net/child_output.hpp"
+
+#include <array>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <boost/asio/write.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+
+namespace tetfront {
+
+class ChildStream : public std::enable_shared_from_this<ChildStream> {
+ public:
+    enum class Outcome {
+        sent,     // all of it; the connection can go on
+        refused,  // the child failed before it wrote anything: `problem` says why, and nothing was sent
+        broken,   // the child failed later, or the client went: the connection cannot go on
+    };
+    struct End {
+        Outcome outcome;
+        std::string problem;
+    };
+    using Header = boost::beast::http::response<boost::beast::http::empty_body>;
+
+    /// Starts the child. Throws OutputError.
+    ChildStream(boost::beast::tcp_stream& stream, std::vector<std::string> words)
+        : stream_(stream), child_(stream.get_executor(), std::move(words)) {}
+
+    /// `done` is called once, later. timeout: for one piece, from its making to its arrival.
+    void start(Header header, std::chrono::milliseconds timeout, std::function<void(End)> done) {
+        header_ = std::move(header), timeout_ = timeout, done_ = std::move(done);
+        header_.chunked(true);
+        read();
+    }
+    void stop() { child_.stop(); }
+
+ private:
+    void read() {
+        child_.read(boost::asio::buffer(piece_), [self = shared_from_this()](boost::system::error_code error, std::size_t size) {
+            if (error) return self->on_end();
+            if (self->began_) return self->send(size);
+            self->began_ = true;
+            self->stream_.expires_after(self->timeout_);
+            boost::beast::http::async_write_header(self->stream_, self->serializer_, [self, size](boost::system::error_code failed, std::size_t) {
+                failed ? self->end({Outcome::broken, ""}) : self->send(size);
+            });
+        });
+    }
+    void send(std::size_t size) {
+        stream_.expires_after(timeout_);
+        boost::asio::async_write(stream_, boost::beast::http::make_chunk(boost::asio::const_buffer(piece_.data(), size)),
+                                 [self = shared_from_this()](boost::system::error_code error, std::size_t) {
+                                     error ? self->end({Outcome::broken, ""}) : self->read();
+                                 });
+    }
+    void on_end() {
+        std::string problem = child_.wait();
+        if (!problem.empty()) return end({began_ ? Outcome::broken : Outcome::refused, std::move(problem)});
+        boost::asio::async_write(stream_, boost::beast::http::make_chunk_last(), [self = shared_from_this()](boost::system::error_code error, std::size_t) {
+            self->end({error ? Outcome::broken : Outcome::sent, ""});
+        });
+    }
+    void end(End how) { std::exchange(done_, nullptr)(std::move(how)); }
+
+    boost::beast::tcp_stream& stream_;
+    ChildOutput child_;
+    Header header_;
+    boost::beast::http::response_serializer<boost::beast::http::empty_body> serializer_{header_};
+    std::chrono::milliseconds timeout_{};
+    std::function<void(End)> done_;
+    bool began_ = false;
+    std::array<char, 64 * 1024> piece_{};
+};
+
+}  // namespace tetfront

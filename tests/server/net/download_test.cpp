@@ -1,0 +1,172 @@
+// What the server has drawn by processes of its own: the pictures and the video of a recording, the scenes' thumbnails.
+
+#include "server/net/child_output.hpp"
+#include "server/net/exports.hpp"
+#include "server/session/recording.hpp"
+#include "tests/server/net/client.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/pictures.hpp"
+#include "tests/support/project.hpp"
+
+#include <cstdlib>
+
+namespace tetfront {
+namespace {
+
+class DownloadTest : public ServerTest {
+ protected:
+    DownloadTest() {
+        child_program() = program_path();
+        scenes_.write("small.json", R"({"schema_version": 1, "up": "z", "title": "Small",
+            "mesh": {"box": {"low": [0, 0, 0], "high": [1, 1, 1], "cells": [1, 1, 1]}}, "levels": 1,
+            "material": {"density": 1000, "poisson": 0.3, "young": 1e5}, "view": {"colouring": "stress"}})");
+        scenes_.write("bad.json", R"({"schema_version": 1, "up": "z", "mesh": {"surface": {"file": "missing.obj"}}, "levels": 1,
+            "material": {"density": 1000, "poisson": 0.3, "young": 1e5}})");
+    }
+    ~DownloadTest() override {
+        stop();
+        ::setenv("PATH", path_.c_str(), 1);
+    }
+    void start_with_library() { start(false, {}, box_scene(), {.library = Library(scenes_.path(), data_.path()), .recording_bytes = 1 << 24}); }
+    void record(int frames) {
+        Client client(connect(), host());
+        ASSERT_EQ(client.command({{"id", 1}, {"command", "record_start"}, {"name", "run"}, {"fps", 60}})["type"], "ok");
+        client.send(Json({{"id", 2}, {"command", "step"}, {"count", frames - 1}}).dump());
+        client.until([&](const Message& m) { return m.text && m.json["type"] == "state" && m.json["step"] == frames - 1; });
+        ASSERT_EQ(client.command({{"id", 3}, {"command", "record_stop"}})["type"], "ok");
+        ASSERT_EQ(Recording(data_.path() / "recordings" / "run.tfr").frame_count(), static_cast<std::size_t>(frames));
+    }
+    /// Programs are looked for in this folder alone.
+    void only_programs_of(const std::filesystem::path& folder) { ::setenv("PATH", folder.c_str(), 1); }
+
+    TemporaryFolder scenes_, data_;
+    const std::string path_ = std::getenv("PATH") ? std::getenv("PATH") : "";
+};
+
+TEST_F(DownloadTest, ARecordingComesAsPicturesInAZipFile) {
+    start_with_library();
+    record(5);
+    const auto zip = request(http::verb::get, "/recordings/run.tfr/frames.zip?w=64&h=48&view=%7B%22background%22%3A%22dark%22%7D");
+    ASSERT_EQ(zip.result_int(), 200U) << zip.body();
+    EXPECT_EQ(zip[http::field::content_type], "application/zip");
+    EXPECT_EQ(zip[http::field::content_disposition], "attachment; filename=\"run.zip\"");
+    const auto file = data_.write("unpacked/run.zip", zip.body());
+    ASSERT_EQ(ChildProcess({"/usr/bin/env", "-C", file.parent_path().string(), "cmake", "-E", "tar", "xf", "run.zip"}).wait().status, 0);
+    for (const char* name : {"000000.png", "000004.png"}) {
+        const Image image = read_png(file.parent_path() / name);
+        EXPECT_EQ(image.width, 64);
+        EXPECT_EQ(image.height, 48);
+        EXPECT_LT(image.pixel(0, 0)[0], 100) << "as the view says";
+    }
+    EXPECT_FALSE(std::filesystem::exists(file.parent_path() / "000005.png"));
+    EXPECT_EQ(request(http::verb::head, "/recordings/run.tfr/frames.zip").result_int(), 200U);
+    // What the server tells does not change what is on its disk.
+    EXPECT_EQ(Library({}, data_.path()).recordings().size(), 1U);
+}
+
+TEST_F(DownloadTest, WrongRequestsAreRefusedWithTheirReason) {
+    start_with_library();
+    record(2);
+    EXPECT_EQ(request(http::verb::get, "/recordings/none.tfr/frames.zip").result_int(), 404U);
+    EXPECT_EQ(request(http::verb::get, "/recordings/..%2Frun.tfr/frames.zip").result_int(), 404U);
+    EXPECT_EQ(request(http::verb::get, "/recordings/run.tfr/frames.tar").result_int(), 404U);
+    for (const char* query : {"w=1", "h=99999", "view=%7B", "view=%7B%22colour%22%3A1%7D", "view=--json", "x=1"})
+        EXPECT_EQ(request(http::verb::get, std::string("/recordings/run.tfr/frames.zip?") + query).result_int(), 400U) << query;
+    const auto other = request(http::verb::get, "/recordings/run.tfr/frames.zip?view=%7B%22colouring%22%3A%22strain%22%7D");
+    EXPECT_EQ(other.result_int(), 422U);
+    EXPECT_NE(other.body().find("was not recorded"), std::string::npos) << other.body();
+    EXPECT_EQ(std::ranges::count(other.body(), '\n'), 1) << other.body();
+    EXPECT_EQ(exchange("GET /recordings/run.tfr/frames.zip HTTP/1.0\r\nHost: " + host() + "\r\n\r\n").substr(9, 3), "505");
+}
+
+TEST_F(DownloadTest, AVideoIsMadeByFfmpegWhereThereIsOne) {
+    const TemporaryFolder programs;
+    only_programs_of(programs.path());
+    start_with_library();
+    record(3);
+    const auto offered = [&] {
+        Client client(connect(), host());
+        return client.command({{"id", 1}, {"command", "recordings"}})["video"].get<bool>();
+    };
+    EXPECT_FALSE(offered());
+    const auto none = request(http::verb::get, "/recordings/run.tfr/video.mp4?w=64&h=48");
+    EXPECT_EQ(none.result_int(), 422U);
+    EXPECT_NE(none.body().find("there is no ffmpeg here"), std::string::npos) << none.body();
+    const auto ffmpeg = programs.write("ffmpeg", "#!/bin/sh\necho \"$@\"\n/bin/cat\n");
+    std::filesystem::permissions(ffmpeg, std::filesystem::perms::owner_all);
+    EXPECT_TRUE(offered());
+    const auto video = request(http::verb::get, "/recordings/run.tfr/video.mp4?w=64&h=48");
+    EXPECT_EQ(video.result_int(), 200U);
+    EXPECT_EQ(video[http::field::content_type], "video/mp4");
+    EXPECT_EQ(video.body().find("-loglevel error -f image2pipe -c:v png -framerate 60 -i pipe:0 -c:v libx264"), 0U) << video.body().substr(0, 200);
+    std::size_t pictures = 0;
+    for (std::size_t at = 0; (at = video.body().find("\x89PNG", at)) != std::string::npos; ++at) ++pictures;
+    EXPECT_EQ(pictures, 3U) << "it was given all of them";
+}
+
+TEST_F(DownloadTest, AreBoundedAndEndWithTheirClient) {
+    start_with_library();
+    record(400);
+    const std::string ask = "GET /recordings/run.tfr/frames.zip?w=1024&h=768 HTTP/1.1\r\nHost: " + host() + "\r\n\r\n";
+    {
+        std::vector<tcp::socket> readers;
+        for (int i = 0; i < 2; ++i) {
+            readers.push_back(connect());
+            asio::write(readers.back(), asio::buffer(ask));
+        }
+        for (tcp::socket& reader : readers) {  // both have begun
+            std::array<char, 12> start{};
+            asio::read(reader, asio::buffer(start));
+            EXPECT_EQ(std::string(start.data(), start.size()), "HTTP/1.1 200");
+        }
+        EXPECT_EQ(request(http::verb::get, "/recordings/run.tfr/frames.zip").result_int(), 429U);
+        EXPECT_EQ(request(http::verb::get, "/readyz").result_int(), 200U) << "the server itself is not busy";
+    }
+    // Their processes end with the next picture that nobody takes; then there is room again.
+    std::string answer;
+    for (int wait = 0; wait < 600 && answer.find(" 200 ") == std::string::npos; ++wait) {
+        std::this_thread::sleep_for(50ms);
+        tcp::socket reader = connect();
+        asio::write(reader, asio::buffer(ask));
+        answer.resize(15);
+        asio::read(reader, asio::buffer(answer));
+    }
+    EXPECT_NE(answer.find(" 200 "), std::string::npos) << answer;
+    tcp::socket again = connect();
+    asio::write(again, asio::buffer(ask));
+    stop();  // while it is being drawn: returns
+}
+
+TEST_F(DownloadTest, ScenesHaveThumbnailsThatAreKept) {
+    start_with_library();
+    const auto made = request(http::verb::get, "/thumbnails/small.png");
+    ASSERT_EQ(made.result_int(), 200U) << made.body();
+    EXPECT_EQ(made[http::field::content_type], "image/png");
+    const Image image = read_png(data_.write("seen.png", made.body()));
+    EXPECT_EQ(image.width, 320);
+    EXPECT_EQ(image.height, 200);
+    EXPECT_EQ(request(http::verb::get, "/thumbnails/small.png").body(), made.body());
+    EXPECT_EQ(request(http::verb::get, "/thumbnails/bad.png").result_int(), 204U) << "its mesh is missing";
+    EXPECT_EQ(request(http::verb::get, "/thumbnails/none.png").result_int(), 404U);
+    EXPECT_EQ(request(http::verb::get, "/thumbnails/..%2Fsmall.png").result_int(), 404U);
+    EXPECT_EQ(request(http::verb::get, "/thumbnails/").result_int(), 404U);
+    const auto kept = data_.path() / "thumbnails" / "small.png";
+    ASSERT_TRUE(std::filesystem::exists(kept));
+    stop();
+
+    std::ofstream(kept) << "kept";
+    start_with_library();
+    EXPECT_EQ(request(http::verb::get, "/thumbnails/small.png").body(), "kept") << "another server does not draw it again";
+    std::filesystem::last_write_time(scenes_.path() / "small.json", std::filesystem::file_time_type::clock::now() + 10s);
+    EXPECT_EQ(request(http::verb::get, "/thumbnails/small.png").body(), made.body()) << "the scene has changed since";
+}
+
+TEST(Exports, PathsAreExactly) {
+    EXPECT_TRUE(is_export("/recordings/a.tfr/frames.zip"));
+    EXPECT_TRUE(is_export("/recordings/a.tfr/video.mp4"));
+    for (const char* path : {"/recordings/a.tfr", "/recordings/frames.zip", "/recordings//frames.zip", "/scenes/a/frames.zip", "/frames.zip", ""})
+        EXPECT_FALSE(is_export(path)) << path;
+}
+
+}  // namespace
+}  // namespace tetfront
