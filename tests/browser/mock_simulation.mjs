@@ -113,6 +113,13 @@ export class MockSimulation {
     );
   }
 
+  /** As a step that fails even when it is cut in pieces. */
+  fail() {
+    this.playing = false;
+    this.warning = "the simulation failed: 3 steps were rejected; reset to start again";
+    this.tell(this.state());
+  }
+
   advance() {
     if (this.playing) this.run((this.speed / 30) * (1 / this.timeStep));
   }
@@ -220,6 +227,7 @@ export class MockSimulation {
         break;
       case "reset":
         this.time = this.step = 0;
+        this.warning = "";
         this.pulls.clear();
         this.shift.fill(0);
         break;

@@ -1,5 +1,6 @@
 // What every story needs: a Chromium, a page that fails the story on any console error, and pixels to look at.
 
+import { execFileSync } from "node:child_process";
 import { mkdirSync } from "node:fs";
 import { chromium } from "playwright-core";
 import type { Browser, Page } from "playwright-core";
@@ -20,6 +21,7 @@ declare global {
       census(): { geometries: number; textures: number; programs: number; tets: number };
       costs(): number[];
       moments(): number;
+      times(): number[];
     };
   }
 }
@@ -29,8 +31,14 @@ export const FLAGS = [
   ...["--disable-sync", "--no-first-run", "--disable-quic"],
 ];
 
-export const launch = (): Promise<Browser> =>
-  chromium.launch({ executablePath: process.env["CHROMIUM"] ?? "/usr/bin/chromium", args: FLAGS });
+const CHROMIUM = process.env["CHROMIUM"] ?? "/usr/bin/chromium";
+
+export const launch = (): Promise<Browser> => chromium.launch({ executablePath: CHROMIUM, args: FLAGS });
+
+export const chromiumVersion = (): string =>
+  execFileSync(CHROMIUM, ["--version", FLAGS[0]], { stdio: ["ignore", "pipe", "ignore"] })
+    .toString()
+    .trim();
 
 /** Where screenshots of a run are left to be looked at. */
 const RESULTS = new URL("../../test-results/", import.meta.url).pathname;
@@ -151,6 +159,15 @@ export function difference(a: Pixels, b: Pixels): number {
   for (let i = 0; i < a.data.length; i += 4)
     if ([0, 1, 2].some((c) => Math.abs(a.data[i + c] - b.data[i + c]) > 8)) ++different;
   return different / (a.data.length / 4);
+}
+
+/** The page's heap [bytes] after a garbage collection, and what three.js counts of the graphics processor's memory. */
+export async function memoryOf(page: Page) {
+  const session = await page.context().newCDPSession(page);
+  await session.send("HeapProfiler.collectGarbage");
+  const { usedSize } = await session.send("Runtime.getHeapUsage");
+  await session.detach();
+  return { heap: usedSize, gpu: await page.evaluate(() => window.tetfront!.census()) };
 }
 
 export async function screenshot(page: Page, name: string): Promise<void> {

@@ -92,6 +92,7 @@ function start(viewer: Viewer): void {
       census: () => viewer.census,
       costs: () => viewer.costs.slice(),
       moments: () => viewer.history.length,
+      times: () => viewer.history.times,
     },
   });
 }

@@ -8,6 +8,7 @@ import { h } from "./dom";
 export interface BannerActions {
   retry: () => void;
   reload: () => void;
+  reset: () => void;
 }
 
 export function banner(store: Store, actions: BannerActions): HTMLElement {
@@ -46,10 +47,14 @@ export function banner(store: Store, actions: BannerActions): HTMLElement {
       }
     },
   );
-  store.watch(troubleOf, (text) =>
-    trouble.replaceChildren(...(text ? [h("div", { className: "card banner warning" }, h("span", {}, text))] : [])),
-  );
+  store.watch(troubleOf, (text) => trouble.replaceChildren(...(text ? [troubleBanner(text, actions)] : [])));
   return element;
+}
+
+/** Where the server says that only a reset helps, there is a button for it. */
+function troubleBanner(text: string, { reset }: BannerActions): HTMLElement {
+  const button = /\breset\b/.test(text) ? h("button", { type: "button", onclick: reset }, "Reset") : null;
+  return h("div", { className: "card banner warning" }, h("span", {}, text), button);
 }
 
 /** One line, or "" when all is well. */

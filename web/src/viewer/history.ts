@@ -43,6 +43,11 @@ export class History {
     return [this.moments[0]?.frame.time ?? 0, this.moments.at(-1)?.frame.time ?? 0];
   }
 
+  /** [s] simulated, of every moment. */
+  get times(): number[] {
+    return this.moments.map(({ frame }) => frame.time);
+  }
+
   get length(): number {
     return this.moments.length;
   }

@@ -1,0 +1,94 @@
+// Something is not as it should be: a token is wanted, the simulation has failed, the line or the page is too slow. The page
+// says so, and says what helps.
+
+import type { Browser } from "playwright-core";
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+
+import { startMockServer } from "./mock_server.mjs";
+import { launch, open, positions, screenshot, shown, state, still } from "./support";
+
+let browser: Browser;
+beforeAll(async () => {
+  browser = await launch();
+});
+afterAll(() => browser.close());
+
+describe("a server with a token", () => {
+  it("lets in who knows it, and remembers it", async () => {
+    const server = await startMockServer({ token: "correct-horse-battery" });
+    const context = await browser.newContext({ viewport: { width: 640, height: 360 } });
+    const page = await context.newPage();
+    await page.goto(`${server.url}?quality=low`);
+    const field = page.locator("[aria-label='Access token']");
+    await field.waitFor();
+    expect(await page.innerText(".pill")).toBe("locked");
+    await screenshot(page, "token");
+    await field.fill("wrong-wrong-wrong-wrong");
+    await page.keyboard.press("Enter");
+    await page.waitForFunction(() => document.querySelector(".banners")?.textContent?.includes("not the token"));
+    expect(server.simulation.viewers.size).toBe(0);
+    await field.fill("correct-horse-battery");
+    await page.keyboard.press("Enter");
+    await shown(page);
+    expect(await field.count()).toBe(0);
+    // It is a cookie that scripts cannot read, and no part of the address.
+    expect(page.url()).not.toContain("horse");
+    expect(await page.evaluate(() => document.cookie)).toBe("");
+    await page.reload();
+    await shown(page);
+    await context.close();
+    await server.close();
+  });
+});
+
+describe("a simulation that has failed", () => {
+  it("says so, keeps its last picture, and starts again by one click", async () => {
+    const server = await startMockServer({ detail: 3 });
+    const { page, problems } = await open(browser, server.url);
+    server.simulation.fail();
+    await page.waitForSelector(".banner.warning");
+    expect(await page.innerText(".banner.warning span")).toBe(server.simulation.warning);
+    expect(await page.innerText(".pill")).toBe("paused");
+    await still(page);
+    expect((await positions(page)).length).toBeGreaterThan(0);
+    await screenshot(page, "failed");
+    await page.click(".banner.warning button");
+    await page.waitForSelector(".banner.warning", { state: "detached" });
+    expect(server.simulation.commands.at(-1)).toMatchObject({ command: "reset" });
+    expect((await state(page)).simulation?.time).toBe(0);
+    expect(problems).toEqual([]);
+    await page.close();
+    await server.close();
+  });
+});
+
+describe("frames that do not arrive", () => {
+  it("are counted: those that the server dropped, and those that this page was too slow for", async () => {
+    const server = await startMockServer({ detail: 3 });
+    const { page, problems } = await open(browser, server.url, { width: 1000 });
+    const numbers = "[aria-label=Numbers]";
+    expect(await page.innerText(numbers)).not.toContain("Slow connection");
+    const link = { type: "link", sent: 100, dropped: 0, unacknowledged: 2, round_trip: 0.02 };
+    server.simulation.tell(link);
+    server.simulation.tell({ ...link, sent: 110, dropped: 40, round_trip: 0.31 });
+    await page.waitForFunction(() => window.tetfront!.state().linkReport?.dropped === 40);
+    expect(await page.innerText(numbers)).toContain(
+      "Slow connection or page: 10 of 50 frames arrive, 310 ms there and back",
+    );
+    await screenshot(page, "slow_link");
+    server.simulation.tell({ ...link, sent: 140, dropped: 40 });
+    await page.waitForFunction(() => window.tetfront!.state().linkReport?.sent === 140);
+    expect(await page.innerText(numbers)).not.toContain("Slow connection");
+
+    const before = (await state(page)).framesDropped;
+    await page.evaluate(() => {
+      const end = performance.now() + 600;
+      while (performance.now() < end); // the page's thread is busy with something else
+    });
+    await page.waitForFunction((n) => window.tetfront!.state().framesDropped > n, before);
+    expect(await page.innerText(numbers)).toMatch(/\d+ frames skipped: this page draws more slowly than they come/);
+    expect(problems).toEqual([]);
+    await page.close();
+    await server.close();
+  });
+});
