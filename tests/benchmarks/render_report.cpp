@@ -11,6 +11,8 @@
 #include <iostream>
 #include <thread>
 
+#include <sys/resource.h>
+
 #include "engine/simulation/simulation.hpp"
 #include "server/render/png.hpp"
 #include "server/render/renderer.hpp"
@@ -27,7 +29,7 @@ using namespace tetfront::testing;
 
 namespace {
 
-constexpr int frames = 60, steps_per_frame = 2, width = 1280, height = 720;
+constexpr int frames = 60, job_frames = 240, steps_per_frame = 2, width = 1280, height = 720;
 
 double since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -38,15 +40,26 @@ struct Parts {
     std::size_t triangles = 0;
     double simulate = 0, render = 0, encode = 0, png_bytes = 0;  // [s] a frame, alone; [bytes]
     double pipeline = 0;                                         // [s] a frame
-    double one_job = 0, two_jobs = 0, recording_bytes = 0;       // [s] a frame, start of the processes included
+    double recording_bytes = 0;
+    struct Job {
+        double wall = 0, processor = 0;  // [s] a frame, start of the processes included
+    } alone, one, two;                   // one job on one thread, one on all, two
 };
 
-/// Runs the program and returns the seconds that it took.
-double run(const std::string& program, const std::string& arguments) {
+double processor_seconds_of_children() {
+    rusage used{};
+    ::getrusage(RUSAGE_CHILDREN, &used);
+    const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+    return seconds(used.ru_utime) + seconds(used.ru_stime);
+}
+
+/// Runs the program; `before`: what stands in front of it.
+Parts::Job run(const std::string& before, const std::string& program, const std::string& arguments) {
     const auto start = std::chrono::steady_clock::now();
-    if (std::system((program + " " + arguments + " > /dev/null 2>&1").c_str()) != 0)
+    const double used = processor_seconds_of_children();
+    if (std::system((before + program + " " + arguments + " > /dev/null 2>&1").c_str()) != 0)
         throw std::runtime_error(program + " " + arguments + " failed");
-    return since(start);
+    return {since(start) / job_frames, (processor_seconds_of_children() - used) / job_frames};
 }
 
 /// make(i): frame i, simulated anew when i is 0.
@@ -81,14 +94,17 @@ Parts measure(const std::string& what, View view, const std::function<std::share
     RecordingInfo info;
     info.name = what, info.view = view, info.floor = view.floor;
     RecordingWriter writer(file, info, *all[0]->model);
-    for (const auto& frame : all) writer.add(*frame);
-    writer.finish();
-    parts.recording_bytes = static_cast<double>(writer.bytes()) / frames;
-    for (const int jobs : {1, 2}) {
-        const double seconds = run(program, "render " + file.string() + " --out " + (folder.path() / std::to_string(jobs)).string() +
-                                                " --jobs " + std::to_string(jobs));
-        (jobs == 1 ? parts.one_job : parts.two_jobs) = seconds / frames;
+    for (int i = 0; i < job_frames; ++i) {  // there and back, so that nothing jumps
+        Frame frame = *all[static_cast<std::size_t>(i / frames % 2 ? frames - 1 - i % frames : i % frames)];
+        frame.status.time = i / info.fps;
+        writer.add(frame);
     }
+    writer.finish();
+    parts.recording_bytes = static_cast<double>(writer.bytes()) / job_frames;
+    const std::string render = "render " + file.string() + " --out ";
+    parts.alone = run("LP_NUM_THREADS=1 ", program, render + (folder.path() / "alone").string() + " --threads 1");
+    parts.one = run("", program, render + (folder.path() / "one").string());
+    parts.two = run("", program, render + (folder.path() / "two").string() + " --jobs 2");
     return parts;
 }
 
@@ -133,11 +149,16 @@ int main(int argc, char** argv) {
         }
         out << "\nThe rasteriser uses every processor, so what overlaps with it takes from it: on " << std::thread::hardware_concurrency()
             << " processors the slowest part alone is not a bound that the whole can reach.\n\n"
-            << "From a recording, by processes of `tetfront render --jobs` (their start, about half a second, included):\n\n"
-            << "| scene | recording [kB a frame] | PNG [kB] | 1 job [frames a second] | 2 jobs | 2 jobs / 1 job |\n|---|---|---|---|---|---|\n";
+            << job_frames << " frames from a recording, by processes of `tetfront render --jobs` (their start included). One job uses all processors, too,\n"
+            << "as its rasteriser does; beside it the same on one thread. Processor time a frame says what is lost: where two jobs need more of it\n"
+            << "than one on one thread, they are in each other's way.\n\n"
+            << "| scene | recording [kB a frame] | PNG [kB] | 1 job on 1 thread [frames a second] | 1 job | 2 jobs | 2 jobs / 1 job | 2 jobs / 1 job on 1 thread | "
+               "processor [ms a frame]: 1 job on 1 thread | 1 job | 2 jobs |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
         for (const Parts& p : all)
-            out << "| " << p.what << " | " << number(p.recording_bytes / 1e3) << " | " << number(p.png_bytes / 1e3) << " | "
-                << number(1 / p.one_job) << " | " << number(1 / p.two_jobs) << " | " << number(p.one_job / p.two_jobs) << " |\n";
+            out << "| " << p.what << " | " << number(p.recording_bytes / 1e3) << " | " << number(p.png_bytes / 1e3) << " | " << number(1 / p.alone.wall)
+                << " | " << number(1 / p.one.wall) << " | " << number(1 / p.two.wall) << " | " << number(p.one.wall / p.two.wall) << " | "
+                << number(p.alone.wall / p.two.wall) << " | " << number(1e3 * p.alone.processor) << " | " << number(1e3 * p.one.processor) << " | "
+                << number(1e3 * p.two.processor) << " |\n";
         out.close();
         if (!out) throw std::runtime_error(file.string() + ": cannot be written");
         std::cout << file.string() << "\n";
