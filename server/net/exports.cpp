@@ -38,7 +38,10 @@ std::optional<Export> find_export(const Library& library, std::string_view path,
                             std::to_string(wanted.width) + "x" + std::to_string(wanted.height)},
                   .content_type = std::string(kind->content_type),
                   .file = recording->path.stem().string() + "." + std::string(kind->format)};
-    if (!wanted.view_text.empty()) result.words.insert(result.words.end(), {"--view", wanted.view_text});
+    if (!wanted.view_text.empty()) {
+        result.words.insert(result.words.end(), {"--view", wanted.view_text});
+        if (!parse_view(wanted.view_text, "view").keyframes.empty()) result.words.insert(result.words.end(), {"--camera", "keyframes"});
+    }
     return result;
 }
 

@@ -7,6 +7,7 @@
 #include "engine/base/error.hpp"
 #include "engine/base/hash.hpp"
 #include "engine/simulation/frame.hpp"
+#include "server/session/recording.hpp"
 
 #include <array>
 #include <cmath>
@@ -27,7 +28,7 @@ enum Kind : std::uint32_t { info = 1, model = 2, topology = 3, frame = 4, end = 
 
 struct FileHeader {
     std::array<char, 8> magic = {'t', 'e', 't', 'f', 'r', 'o', 'n', 't'};
-    std::uint32_t version = 2, zero = 0;
+    std::uint32_t version = recording_version, zero = 0;
 };
 static_assert(sizeof(FileHeader) == 16);
 

@@ -1,7 +1,7 @@
 // What every story needs: a Chromium, a page that fails the story on any console error, and pixels to look at.
 
 import { execFileSync } from "node:child_process";
-import { mkdirSync } from "node:fs";
+import { mkdirSync, writeFileSync } from "node:fs";
 import { chromium } from "playwright-core";
 import type { Browser, Page } from "playwright-core";
 import { PNG } from "pngjs";
@@ -168,6 +168,12 @@ export async function memoryOf(page: Page) {
   const { usedSize } = await session.send("Runtime.getHeapUsage");
   await session.detach();
   return { heap: usedSize, gpu: await page.evaluate(() => window.tetfront!.census()) };
+}
+
+/** Leaves a picture beside the screenshots. */
+export function keep(name: string, picture: PNG): void {
+  mkdirSync(RESULTS, { recursive: true });
+  writeFileSync(`${RESULTS}${name}.png`, PNG.sync.write(picture));
 }
 
 export async function screenshot(page: Page, name: string): Promise<void> {

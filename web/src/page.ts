@@ -1,6 +1,7 @@
 // The panels around the picture, and what opens and closes them.
 
 import { makeActions } from "./actions";
+import { CameraPath } from "./camera_path";
 import { bindings, listen } from "./keys";
 import type { Answer, Command } from "./messages";
 import { banner, pill } from "./panels/banner";
@@ -35,7 +36,10 @@ export function buildPage(parts: PageParts): void {
   const { store, viewer, canvas, send, request } = parts;
   const actions = makeActions(store, send, viewer.rig, viewer.pins);
   const scenes = sceneSheet(store, request);
-  const recordings = recordingSheet(request, (name) => exportQuery(store.get(), viewer.framing, name));
+  const path = followCamera(store, viewer);
+  const recordings = recordingSheet(request, (name) =>
+    exportQuery(store.get(), viewer.framing, name, path.keyframes(name)),
+  );
   const plotCard = plots(store);
   const panel = h("aside", {
     className: "card panel",
@@ -87,6 +91,18 @@ export function buildPage(parts: PageParts): void {
   byId("chrome").addEventListener("click", (event) => {
     if (event.detail > 0) (event.target as Element).closest("button")?.blur();
   });
+}
+
+/** Where the camera is while this page sees a recording grow. */
+function followCamera(store: Store, viewer: Viewer): CameraPath {
+  const path = new CameraPath();
+  setInterval(() => {
+    const { recording } = store.get();
+    if (!recording?.active || !viewer.frame) return;
+    const { eye, target } = viewer.framing;
+    path.sample(recording.name, viewer.frame.time, eye, target);
+  }, 200);
+  return path;
 }
 
 /** In a narrow window a dock is a sheet over the picture, one at a time; elsewhere the picture makes room for both. */

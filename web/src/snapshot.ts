@@ -1,6 +1,7 @@
 // Pictures to keep: one, drawn by the server with the page's camera or as the canvas shows it; or all of a recording. The
 // server's pictures show what the panels leave free of the page's, so both have the object at the same place.
 
+import type { CameraKey } from "./camera_path";
 import type { Vec3 } from "./messages";
 import { shownColouring } from "./store";
 import type { State } from "./store";
@@ -21,12 +22,24 @@ export function snapshotQuery(state: Readonly<State>, framing: Framing, transpar
   return query(framing, { ...viewOf(state, framing), colouring: shownColouring(state), background });
 }
 
-/** The query of a recording's pictures and of its video. Colours are those that were recorded; the camera is the page's when the name
- * says that the recording is of the page's scene, and the scene's own otherwise. */
-export function exportQuery(state: Readonly<State>, framing: Framing, name: string): string {
+/** The query of a recording's pictures and of its video. Colours are those that were recorded; the camera is the page's, moved as while
+ * it recorded, when the name says that the recording is of the page's scene, and the scene's own otherwise. */
+export function exportQuery(
+  state: Readonly<State>,
+  framing: Framing,
+  name: string,
+  path: readonly CameraKey[] = [],
+): string {
   const same = state.hello !== null && name.startsWith(`${state.hello.scene.name}-`);
   const background = state.dark ? "dark" : "light";
-  return query(framing, same ? { ...viewOf(state, framing), background } : { background });
+  if (!same) return query(framing, { background });
+  const short = (vector: Vec3) => vector.map((x) => Number(x.toPrecision(5)));
+  const keyframes = path.map(({ time, eye, target }) => ({
+    time: Number(time.toFixed(3)),
+    eye: short(eye),
+    target: short(target),
+  }));
+  return query(framing, { ...viewOf(state, framing), background, ...(keyframes.length ? { keyframes } : {}) });
 }
 
 function viewOf(state: Readonly<State>, { eye, target, covered, height, field_of_view }: Framing) {

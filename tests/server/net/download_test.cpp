@@ -60,6 +60,10 @@ TEST_F(DownloadTest, ARecordingComesAsPicturesInAZipFile) {
     }
     EXPECT_FALSE(std::filesystem::exists(file.parent_path() / "000005.png"));
     EXPECT_EQ(request(http::verb::head, "/recordings/run.tfr/frames.zip").result_int(), 200U);
+    const auto moving = find_export(Library({}, data_.path()), "/recordings/run.tfr/frames.zip",
+                                    "view=%7B%22keyframes%22%3A%5B%7B%22time%22%3A0%2C%22eye%22%3A%5B9%2C0%2C0%5D%2C%22target%22%3A%5B0%2C0%2C0%5D%7D%5D%7D");
+    ASSERT_TRUE(moving);
+    EXPECT_EQ(moving->words.back(), "keyframes") << "the camera moves as the view says";
     // What the server tells does not change what is on its disk.
     EXPECT_EQ(Library({}, data_.path()).recordings().size(), 1U);
 }
