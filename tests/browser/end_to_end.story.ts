@@ -83,6 +83,17 @@ describe("tetfront serve and its page", () => {
     await page.keyboard.press("c");
   });
 
+  it("shows as many solid tets as the server counts", async () => {
+    await pause(page);
+    await page.keyboard.press("e");
+    await still(page);
+    const counted = (await state(page)).simulation!.tets_by_level.reduce((a, b) => a + b, 0);
+    expect(counted).toBeGreaterThan(100);
+    expect(await page.evaluate(() => window.tetfront!.census().tets)).toBe(counted);
+    await screenshot(page, "end_to_end_tets");
+    await page.keyboard.press("e");
+  });
+
   it("gives way to a pull more than to none", async () => {
     const gravity = page.locator("[aria-label^='Gravity along']");
     await page.click("[aria-controls=panel]");

@@ -23,14 +23,16 @@ export class Body {
   surface: SurfaceMesh | null = null;
   private readonly vertices = new FrontVertices();
   private readonly tets: FrontTets;
-  private readonly section = new Section();
+  private readonly section: Section;
   private readonly ghost = new Ghost();
   private topology: Topology | null = null;
+  private sectionTopology: Topology | null = null; // whose tets the cut shows
   private hasPositions = false;
 
   constructor() {
     this.lines = new FrontLines(this.vertices);
     this.tets = new FrontTets(this.vertices);
+    this.section = new Section(this.vertices);
     this.object.add(this.lines.object, this.tets.mesh, this.section.object, this.ghost.object);
   }
 
@@ -61,6 +63,7 @@ export class Body {
     this.vertices.reserve(topology.frontVertices);
     this.lines.setTopology(topology);
     if (state.shape === "tets") this.tets.setTopology(topology);
+    this.showSectionTets(state);
   }
 
   /** What is visible, cut and exploded; to be called when any of it changes and with the first frame. */
@@ -71,6 +74,7 @@ export class Body {
     if (tets && !this.tets.mesh.visible && this.topology) this.tets.setTopology(this.topology);
     const box = state.hello.rest_box;
     this.surface.clip(this.section.set(state.cut, box, hasPositions && !tets));
+    this.showSectionTets(state);
     this.lines.cut(this.section.plane);
     this.tets.cut(this.section.plane);
     this.tets.explode(
@@ -84,6 +88,14 @@ export class Body {
     this.ghost.object.visible = state.scrub !== null;
   }
 
+  /** Levels are what the wire says of tets; by any other colouring the cut is plain. */
+  private showSectionTets({ cut, colouring }: Readonly<State>): void {
+    const wanted = cut !== null && colouring === "level" ? this.topology : null;
+    if (wanted === this.sectionTopology) return;
+    this.sectionTopology = wanted;
+    this.section.setTets(wanted);
+  }
+
   /** Of solid tets that are there to be drawn; 0 while the surface is shown. */
   get tetCount(): number {
     return this.tets.mesh.visible ? this.tets.count : 0;
@@ -92,6 +104,7 @@ export class Body {
   /** As the state says; by level while a field's values are not there yet. */
   colour(state: Readonly<State>, frame: Frame | null): void {
     if (!this.surface || !this.topology) return;
+    this.showSectionTets(state);
     const scale = scaleOf(state);
     const values = frame?.values?.field === state.colouring ? frame.values : null;
     if (scale && (values || !isField(state.colouring))) this.surface.colour({ scale, values });
@@ -100,7 +113,7 @@ export class Body {
 
   sample(motion: Motion, now: number): void {
     if (!this.surface) return;
-    const front = this.lines.object.visible || this.tets.mesh.visible;
+    const front = this.lines.object.visible || this.tets.mesh.visible || this.section.showsTets;
     motion.sample(now, this.surface.positions, front ? this.vertices.positions : null);
     this.surface.moved();
     if (front) this.vertices.moved();

@@ -1,9 +1,12 @@
 // A plane that cuts the object open. Where it cuts through the smooth surface, the cut face is closed by a cap: the stencil
-// counts surfaces in front of the plane, and the cap is drawn where more were entered than left.
+// counts surfaces in front of the plane, and the cap is drawn where more were entered than left. On it lie the front's tets.
 
 import * as THREE from "three";
 
+import type { Topology } from "../protocol";
 import type { Cut } from "../store";
+import type { FrontVertices } from "./front_vertices";
+import { SectionTets } from "./section_tets";
 import type { SurfaceMesh } from "./surface";
 
 export class Section {
@@ -14,7 +17,10 @@ export class Section {
   private readonly cap: THREE.Mesh<THREE.PlaneGeometry, THREE.MeshStandardMaterial>;
   private counters: THREE.Mesh[] = [];
 
-  constructor() {
+  private readonly tets: SectionTets;
+
+  constructor(vertices: FrontVertices) {
+    this.tets = new SectionTets(vertices);
     const material = new THREE.MeshStandardMaterial({
       roughness: 0.9,
       metalness: 0,
@@ -22,13 +28,10 @@ export class Section {
       stencilWrite: true,
       stencilRef: 0,
       stencilFunc: THREE.NotEqualStencilFunc,
-      stencilFail: THREE.ReplaceStencilOp,
-      stencilZFail: THREE.ReplaceStencilOp,
-      stencilZPass: THREE.ReplaceStencilOp,
     });
     this.cap = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), material);
     this.cap.renderOrder = 0.5; // after the surface and what counts it
-    this.object.add(this.cap);
+    this.object.add(this.cap, this.tets.mesh);
     this.object.visible = false;
   }
 
@@ -49,6 +52,17 @@ export class Section {
     this.object.add(...this.counters);
   }
 
+  /** Whether the front's tets are drawn on the cut, and with them their positions are wanted. */
+  get showsTets(): boolean {
+    return this.object.visible && this.tets.mesh.visible;
+  }
+
+  /** The front's tets on the cut, by level; null: plain. */
+  setTets(topology: Topology | null): void {
+    this.tets.mesh.visible = topology !== null;
+    if (topology) this.tets.setTopology(topology);
+  }
+
   /** box: low xyz, high xyz of the rest shape [m]. Returns the planes that the surface is clipped by. */
   set(cut: Cut | null, box: readonly number[], solid: boolean): THREE.Plane[] {
     this.plane = cut ? this.clip : null;
@@ -58,6 +72,7 @@ export class Section {
     const place = box[axis] + at * (box[3 + axis] - box[axis]);
     const normal = new THREE.Vector3().setComponent(axis, flip ? 1 : -1);
     this.clip.set(normal, flip ? -place : place);
+    this.tets.cut(this.clip);
     const size = Math.hypot(box[3] - box[0], box[4] - box[1], box[5] - box[2]);
     this.cap.scale.setScalar(4 * size);
     this.cap.position.set(...([0, 1, 2].map((i) => 0.5 * (box[i] + box[3 + i])) as [number, number, number]));

@@ -168,7 +168,7 @@ export class Viewer {
     for (const part of ["colouring", "fieldRange"] as const)
       store.watch(
         (s) => s[part],
-        () => this.colour(),
+        () => this.showView(true),
       );
     store.watch(
       (s) => s.scrub,
@@ -253,7 +253,8 @@ export class Viewer {
     this.invalidate();
   }
 
-  private showView(): void {
+  private showView(coloured = false): void {
+    if (coloured) this.colour();
     this.body.show(this.store.get());
     this.motion.touch(); // vertices were not written while they were hidden
     this.renderer.shadowMap.needsUpdate = true;
