@@ -38,7 +38,9 @@ void ElementSet::build(const Front& front, const TetMaterials& materials) {
         }
     });
     pool_stiffness(materials.elasticity);
+    const bool single = !single_.empty();
     single_.clear();
+    if (single) prepare_single();
     const auto n = static_cast<std::size_t>(nodes());
     nodal_.resize(batches_.size() * n * 3 * pack_size);
     strains_.resize(batches_.size() * static_cast<std::size_t>(points()) * 6 * pack_size);

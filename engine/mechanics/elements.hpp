@@ -52,7 +52,8 @@ class ElementSet {
         bool tangent = false;                         // also the blocks stiffness_scale K + mass_scale M + damping_scale D
         double stiffness_scale = 0, mass_scale = 0, damping_scale = 0;
         /// Strain and stress in single precision: faster, and forces are off by some 1e-7 of the stiffness, which is little once
-        /// strains are above 1e-3. Nodal results and energy alone; without tangent and inertia.
+        /// strains are above 1e-3. Nodal results and energy alone, without tangent
+        /// and inertia; potential(), inverted() and strain() stay those of the last double evaluation.
         bool single = false;
     };
     void evaluate(const Evaluation& e);

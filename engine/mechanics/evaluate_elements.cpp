@@ -1,4 +1,5 @@
 // Forces, energies, strains and tangents of all elements: ElementSet::evaluate.
+#include "engine/base/error.hpp"
 #include "engine/base/parallel.hpp"
 #include "engine/mechanics/element.hpp"
 #include "engine/mechanics/elements.hpp"
@@ -388,6 +389,7 @@ void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
 
 void ElementSet::evaluate(const Evaluation& e) {
     if (e.tangent) blocks_.resize(batches_.size() * pack_size * static_cast<std::size_t>(block_count()) * 9);
+    ENSURE(!e.single || (!e.tangent && e.inertia == nullptr), "single precision has neither tangent nor inertia");
     if (e.single) prepare_single();
     const bool green = strain_measure_ == StrainMeasure::green;
     const auto work = [&]<int Order, template <class> class Strain>() {

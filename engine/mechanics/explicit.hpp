@@ -12,7 +12,7 @@
 // while strains are far above its rounding, but in the last substep, whose strains others read.
 //
 //     Explicit integrator;
-//     integrator.build(front, elements, materials, pinned);                 // after the front changed
+//     integrator.build(front, materials, pinned);                           // after the front changed
 //     ExplicitReport r = integrator.step(front, elements, state, loads, time_step);
 
 #include <vector>
@@ -30,8 +30,10 @@ struct ExplicitReport {
 
 class Explicit {
  public:
-    /// materials: those that `elements` was built with; always the same, what is known of a tet is kept.
+    /// materials: those that `elements` was built with; what is known of a tet is kept until forget_materials().
     void build(const Front& front, const TetMaterials& materials, const PerVertex<std::uint8_t>& pinned);
+    /// The next build has other materials, or another order.
+    void forget_materials() { frequency2_ = {}; }
     /// [s] the longest substep that stays stable.
     [[nodiscard]] double stable_step() const { return stable_step_; }
     [[nodiscard]] double substeps(double time_step) const;

@@ -171,7 +171,7 @@ bool Implicit::solve(const Problem& p, const ImplicitSettings& settings, const S
 
 /// Shortens update_ until the potential falls enough. A `linearised` update needs to be sound only, below the potential
 /// of standing still; others get away with that at kinks of the energy (tets that are flat or inverted), where nothing
-/// shorter helps, and then `stuck` is set. tangent: also evaluate it where the update is taken.
+/// shorter helps, and then `stuck` is set. The tangent is evaluated as well, but after a linearised one.
 /// False: no length does; the trial state is the one before.
 bool Implicit::search(const Problem& p, bool linearised, Trial& trial, bool& stuck, ImplicitReport& report) {
     const double slope = -dot(right_, update_);  // < 0
@@ -272,9 +272,14 @@ ImplicitReport Implicit::step(const Front& front, ElementSet& elements, State& s
     double floor = 0, goal = 0;
     for (int iteration = 0; trial.norm != 0; ++iteration) {
         if (!trial.finite()) return failed(report);
-        if (iteration > 0 && trial.norm <= goal) break;
+        const bool sound = !rough || trial.potential <= ceiling_;
+        if (iteration > 0 && trial.norm <= goal && sound) break;
         if (iteration >= iterations) {
-            report.converged = report.converged && rough;
+            if (!sound && iterations < rescue_iterations) {
+                iterations = rescue_iterations;
+                continue;
+            }
+            report.converged = report.converged && rough && sound;
             break;
         }
         assemble(p);

@@ -61,11 +61,11 @@ bool TimeStepper::torn_apart(const Front& front, const State& state, double size
     return false;
 }
 
-void TimeStepper::collect(const std::function<void(Loads&)>& loads) {
+void TimeStepper::collect(const LoadsOfStep& loads, double time_step) {
     loads_.forces.clear();
     loads_.springs.clear();
     loads_.contacts.clear();
-    loads(loads_);
+    loads(loads_, time_step);
 }
 
 bool TimeStepper::prefers_explicit(double time_step) const {
@@ -104,7 +104,7 @@ bool TimeStepper::implicit_part(const Front& front, ElementSet& elements, State&
 }
 
 Advance TimeStepper::advance(const Front& front, ElementSet& elements, State& state, const ImplicitSettings& settings,
-                             double size, const std::function<void(Loads&)>& loads) {
+                             double size, const LoadsOfStep& loads) {
     bool explicitly = integrator_ == Integrator::explicit_euler;
     if (integrator_ == Integrator::automatic) {
         if (substep_cost_ == 0) {
@@ -129,7 +129,7 @@ Advance TimeStepper::advance(const Front& front, ElementSet& elements, State& st
         a.converged = true;
         if (a.parts > 1) state.has_earlier = false;  // one whole step earlier, not one part
         for (int part = 0; part < a.parts && sound; ++part) {
-            collect(loads);
+            collect(loads, s.time_step);
             sound = explicitly ? explicit_part(front, elements, state, s.time_step, a.parts, a) : implicit_part(front, elements, state, s, a);
             sound = sound && !torn_apart(front, state, size);
         }
@@ -138,15 +138,15 @@ Advance TimeStepper::advance(const Front& front, ElementSet& elements, State& st
             return a;
         }
         undo(front, state);
+        elements.evaluate({.x = state.x});  // what a step begins with
     }
     state.has_earlier = false;
-    elements.evaluate({.x = state.x});
     a.done = false;
     return a;
 }
 
 Advance TimeStepper::settle(const Front& front, ElementSet& elements, State& state, const ImplicitSettings& settings, double size,
-                            const std::function<void(Loads&)>& loads) {
+                            const LoadsOfStep& loads) {
     Advance a;
     ImplicitSettings s = settings;
     s.rule = ImplicitRule::backward_euler;
@@ -159,7 +159,7 @@ Advance TimeStepper::settle(const Front& front, ElementSet& elements, State& sta
             state.a[v].setZero();
         }
         save(front, state);
-        collect(loads);
+        collect(loads, s.time_step);
         a.converged = true;
         if (!implicit_part(front, elements, state, s, a) || torn_apart(front, state, size)) {
             undo(front, state);

@@ -6,7 +6,7 @@
 //     TimeStepper stepper;
 //     stepper.build(front, elements, materials, pinned);                    // after the front changed
 //     Advance a = stepper.advance(front, elements, state, settings, size,
-//                                 [&](Loads& loads) { ... });               // fills the loads of the present state
+//                                 [&](Loads& loads, double h) { ... });     // fills the loads of the present state, of h [s]
 //     if (!a.done) ...                                                      // the object stands where it stood
 //
 // Integrator::automatic takes the implicit or the explicit step, whichever it expects to cost less time. Both costs are
@@ -39,6 +39,9 @@ struct Advance {
     double assemble_milliseconds = 0, solve_milliseconds = 0;
 };
 
+/// Fills empty loads with those of the present state, for a step of so many seconds.
+using LoadsOfStep = std::function<void(Loads& loads, double time_step)>;
+
 class TimeStepper {
  public:
     static constexpr double most_substeps = 20000;
@@ -50,13 +53,15 @@ class TimeStepper {
     /// Advances by settings.time_step. size: [m] of the object. loads: called before each part, on empty loads.
     /// Afterwards `elements` holds strains, forces and energy of the state.
     Advance advance(const Front& front, ElementSet& elements, State& state, const ImplicitSettings& settings, double size,
-                    const std::function<void(Loads&)>& loads);
+                    const LoadsOfStep& loads);
 
     /// Moves the state to equilibrium under its loads, at rest: steps of backward Euler from standing still, each twice as
     /// long as the one before, end up as Newton steps of the static problem. converged: motion has died away.
     Advance settle(const Front& front, ElementSet& elements, State& state, const ImplicitSettings& settings, double size,
-                   const std::function<void(Loads&)>& loads);
+                   const LoadsOfStep& loads);
 
+    /// The next build has other materials, or another order.
+    void forget_materials() { explicit_.forget_materials(); }
     /// What automatic does next.
     [[nodiscard]] bool prefers_explicit(double time_step) const;
 
@@ -67,7 +72,7 @@ class TimeStepper {
     void save(const Front& front, const State& state);
     void undo(const Front& front, State& state) const;
     [[nodiscard]] bool torn_apart(const Front& front, const State& state, double size) const;
-    void collect(const std::function<void(Loads&)>& loads);
+    void collect(const LoadsOfStep& loads, double time_step);
     bool explicit_part(const Front& front, ElementSet& elements, State& state, double time_step, int parts, Advance& a);
     bool implicit_part(const Front& front, ElementSet& elements, State& state, const ImplicitSettings& settings, Advance& a);
 

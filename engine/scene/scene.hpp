@@ -60,7 +60,7 @@ struct ForceSpec {
     double end = std::numeric_limits<double>::infinity();
 };
 
-/// A half-space that nothing sinks into, below `height` along the scene's `up`; see simulation/ground.hpp.
+/// A half-space that pushes out what sinks into it, below `height` along the scene's `up`; see simulation/ground.hpp.
 struct GroundSpec {
     double height = 0;      // [m]
     double friction = 0.5;  // Coulomb's coefficient, 0..10

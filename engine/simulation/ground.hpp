@@ -1,7 +1,7 @@
 #pragma once
 // The ground of a scene that asks for one: which points of the object can touch it, and how hard it pushes.
 //
-// What touches is the smooth surface, by a few points of every active tet: those of the tet's surface vertices that stick
+// What touches is the smooth surface, by a few points of every active tet: those of the tet's points of the surface that stick
 // out farthest in fourteen directions; of a quadratic tet's eight children, as it bends between its corners. They are chosen
 // once for every tet of the tree, from the leaves up, so a step looks at the front's tets only, and a coarse tet rests on few
 // points. The push of a tet's points together is that of a block of its material as large as the tet, so what the object
@@ -9,7 +9,7 @@
 // that depth in a step.
 //
 //     const Ground ground(spec, up, size, tree, surface);                    // once
-//     ground.add_contacts(loads, front, surface, matrices, state, time_step);  // each step
+//     ground.add_contacts(loads, front, matrices, state, time_step);        // each step
 //
 // Nothing has to be remembered between steps: the force that friction is in proportion to follows from the depth that a
 // step begins with.
@@ -30,12 +30,13 @@ class Ground {
     /// up: axis of its normal. size: [m] of the object. Cost: the tree and the surface.
     Ground(const GroundSpec& spec, int up, double size, const TetTree& tree, const Surface& surface);
 
-    /// Adds the points that are below the ground or may get there within time_step [s]. Cost: the front. surface: as it was
-    /// built with; matrices: those that are simulated with.
-    void add_contacts(Loads& loads, const Front& front, const Surface& surface, const ElasticityMatrices& matrices, const State& state,
-                      double time_step) const;
+    /// Adds the points that are below the ground or may get there within time_step [s]. Cost: the front. matrices:
+    /// those that are simulated with.
+    void add_contacts(Loads& loads, const Front& front, const ElasticityMatrices& matrices, const State& state, double time_step) const;
 
-    /// Surface vertices of any tet that can touch it.
+    /// Everything that could touch it: the surface's vertices, then points inside of triangles that are larger than leaves.
+    [[nodiscard]] const std::vector<Attachment>& attachments() const { return attachment_; }
+    /// Those of any tet that can touch it, into attachments().
     [[nodiscard]] std::span<const std::uint32_t> points(TetId t) const {
         return {vertices_.data() + begin_[t.index()], vertices_.data() + begin_[t.index() + 1]};
     }
@@ -45,7 +46,8 @@ class Ground {
     int up_;
     double size_;
     std::vector<std::uint32_t> begin_;     // [tets of the tree + 1]
-    std::vector<std::uint32_t> vertices_;  // of the surface
+    std::vector<std::uint32_t> vertices_;  // into attachment_
+    std::vector<Attachment> attachment_;
 };
 
 }  // namespace tetfront

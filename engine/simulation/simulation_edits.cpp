@@ -70,6 +70,7 @@ void Simulation::Impl::set_edits(const Edits& wanted) {
         const double scale = edits.stiffness_scale / before.stiffness_scale;
         adapt_settings.energy_floor *= scale;
         adaptivity = Adaptivity(matrices(), pins.unresolved);
+        stepper.forget_materials();
     }
     if (other_pins) {
         pins.hold(*model, edits.pins, steps, settings.time_step);
@@ -100,6 +101,7 @@ void Simulation::Impl::set_order(int order) {
     front.prolong(state.x), front.prolong(state.v), front.prolong(state.a);
     front.prolong(state.earlier_x), front.prolong(state.earlier_v);
     frames.forget_front();
+    stepper.forget_materials();
     resolve_pins();
     adaptivity = Adaptivity(matrices(), pins.unresolved);
     rebuild();

@@ -41,8 +41,8 @@ struct Simulation::Impl {
     /// The model's, or with the edits' scale and damping.
     [[nodiscard]] const ElasticityMatrices& matrices() const { return edited_matrices ? *edited_matrices : model->matrices; }
 
-    /// Loads of the present state.
-    void add_loads(Loads& loads) const;
+    /// Loads of the present state, for a step of so many seconds.
+    void add_loads(Loads& loads, double time_step) const;
     /// What of the loads is a force that somebody or the scene set, for frames.
     [[nodiscard]] std::vector<FrameForce> seen_forces() const;
     /// Of the last evaluation of `elements` [J]: elastic, kinetic, and in the gravity field up to a constant.

@@ -74,7 +74,7 @@ StepReport Simulation::Impl::settle() {
     lap();
     bool rested = false;
     for (int round = 0; round < most_settling_rounds && !rested; ++round) {
-        const Advance a = stepper.settle(front, elements, state, settings, model->size, [this](Loads& loads) { add_loads(loads); });
+        const Advance a = stepper.settle(front, elements, state, settings, model->size, [this](Loads& loads, double h) { add_loads(loads, h); });
         describe(a, r);
         adaptivity.clear();  // energies of another shape
         adaptivity.measure(front, elements, state.x, 0, 0, adapt_settings);
@@ -195,13 +195,13 @@ double Simulation::Impl::total_energy() const {
     return elements.energy() + elements.kinetic_energy(state.v) - gravity.dot(elements.first_moment(state.x));
 }
 
-void Simulation::Impl::add_loads(Loads& loads) const {
+void Simulation::Impl::add_loads(Loads& loads, double time_step) const {
     loads.gravity = gravity;
     for (const AttachedForce& f : model->forces)
         if (time >= f.start && time < f.end) loads.forces.push_back({front.locate(f.at.leaf, f.at.barycentric), f.force});
     for (const PointLoad& f : edit_forces) loads.forces.push_back({front.locate(f.at.leaf, f.at.barycentric), f.force});
     pulls.add_to(loads, front, *model, state.x);
-    if (model->ground) model->ground->add_contacts(loads, front, model->surface, matrices(), state, settings.time_step);
+    if (model->ground) model->ground->add_contacts(loads, front, matrices(), state, time_step);
 }
 
 std::vector<FrameForce> Simulation::Impl::seen_forces() const {
@@ -253,7 +253,7 @@ StepReport Simulation::Impl::step() {
     lap();
     apply_timeline();
     adapt(r);
-    const Advance a = stepper.advance(front, elements, state, settings, model->size, [this](Loads& loads) { add_loads(loads); });
+    const Advance a = stepper.advance(front, elements, state, settings, model->size, [this](Loads& loads, double h) { add_loads(loads, h); });
     lap();
     ++steps;
     describe(a, r);

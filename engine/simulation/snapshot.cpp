@@ -16,7 +16,7 @@ namespace tetfront {
 namespace {
 
 /// Bump whenever the layout below changes, or what a step makes of the same state.
-constexpr std::uint32_t format_version = 1;
+constexpr std::uint32_t format_version = 2;
 constexpr std::array<char, 8> magic = {'t', 'e', 't', 'f', 'r', 'S', '\r', '\n'};
 constexpr std::uintmax_t largest_file = std::uintmax_t{1} << 33;
 /// No state of a scene comes near it, and nothing that a step computes of it overflows.
@@ -114,6 +114,10 @@ std::uint64_t model_hash(const Model& model, const FrontSpec& front) {
     for (const AttachedForce& f : model.forces) {
         hash.add(f.at.leaf.value).add_bytes(f.at.barycentric.data(), 4 * sizeof(double)).add(f.start).add(f.end);
         add(hash, f.force);
+    }
+    if (model.ground) {
+        hash.add(model.scene.up);
+        for (const Attachment& at : model.ground->attachments()) hash.add(at.leaf.value).add_bytes(at.barycentric.data(), 4 * sizeof(double));
     }
     add(hash, model.scene, front);
     return hash.value();

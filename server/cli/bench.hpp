@@ -33,7 +33,8 @@ struct BenchRow {
     std::size_t tets = 0;
     double seconds = 0;            // once over the whole front
     double bytes = 0, flops = 0;   // per tet; 0: not counted
-    double iterations = 0;         // of the solver, a step; negative: substeps of explicit steps
+    double iterations = 0;         // of the solver, a step
+    double substeps = 0;           // explicit ones, a step
 
     [[nodiscard]] double ns_per_tet() const { return seconds * 1e9 / static_cast<double>(tets); }
     /// Of the limit that binds: the longer of the times that bytes and operations need at best over the time measured.

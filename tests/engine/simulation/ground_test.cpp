@@ -88,8 +88,8 @@ TEST_P(Ground, WithoutFrictionMomentumAlongItStays) {
     const PerVertex<Vec3>& rest = simulation.model().tree.rest();
     simulation.place(rest, PerVertex<Vec3>(rest.size(), Vec3(2, 1, 0)));
     steps(simulation, 60);
-    // To the solver's tolerance; explicit steps keep the momentum of the lumped mass, which this is not with quadratic tets.
-    const double tolerance = GetParam().scheme == std::string("explicit") && GetParam().order == 2 ? 0.02 : 1e-3;
+    // To the tolerance of steps with contact, 1e-2 of a residual; explicit steps keep the momentum of the lumped mass, which this is not with quadratic tets.
+    const double tolerance = GetParam().scheme == std::string("explicit") && GetParam().order == 2 ? 0.02 : 5e-3;
     EXPECT_NEAR(velocity(simulation)[0], 2, tolerance);
     EXPECT_NEAR(velocity(simulation)[1], 1, tolerance);
 }
@@ -113,6 +113,7 @@ TEST_P(Ground, SurvivesAnImpact) {
 TEST_P(Ground, GoesOnToTheBitFromASnapshot) {
     Simulation simulation = box({});
     steps(simulation, 30);
+    ASSERT_LT(lowest(simulation), 0);  // it is in contact
     const std::string state = simulation.snapshot();
     steps(simulation, 30);
     Simulation again = box({});
@@ -138,7 +139,7 @@ TEST(GroundScene, PointsOfEveryTetAreOfItsSurface) {
         EXPECT_LE(model->ground->points(t).size(), 14U);
         with += !model->ground->points(t).empty();
         for (std::uint32_t s : model->ground->points(t)) {
-            TetId up = model->surface.attachment[s].leaf;
+            TetId up = model->ground->attachments()[s].leaf;
             while (tree.level_of(up) > tree.level_of(t)) up = tree.parent(up);
             EXPECT_EQ(up, t);
         }
