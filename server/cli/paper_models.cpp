@@ -73,7 +73,7 @@ PaperFigure paper_bunny(PaperWork& work) {
 
     PaperFigure f;
     f.title = "Figure 10: a jelly bunny";
-    f.setting = "`bunny.json`: the Stanford bunny, E 500 kPa at its feet to 25 kPa at its ears, held at its feet, adaptive quadratic tets; 240 steps of 1/60 s under gravity. Beside it the "
+    f.setting = "`bunny.json`: the Stanford bunny, E 500 kPa at its feet to 60 kPa at its ears, held at its feet, adaptive quadratic tets; 240 steps of 1/60 s under gravity. Beside it the "
                 "same bunny with E 25 kPa throughout.";
     f.pictures = {{work.write_sheet("paper_10.png", panels, 3), "At rest, after 4 s, and the soft bunny after 4 s (the floor is drawn but holds nothing). Colours: stiffness, dark is stiff."}};
     f.statements = {{"The bunny stands alone thanks to its stiff feet.",
