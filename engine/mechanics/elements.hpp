@@ -52,8 +52,8 @@ class ElementSet {
         bool tangent = false;                         // also the blocks stiffness_scale K + mass_scale M + damping_scale D
         double stiffness_scale = 0, mass_scale = 0, damping_scale = 0;
         /// Strain and stress in single precision: faster, and forces are off by some 1e-7 of the stiffness, which is little once
-        /// strains are above 1e-3. Nodal results and energy alone, without tangent
-        /// and inertia; potential(), inverted() and strain() stay those of the last double evaluation.
+        /// strains are above 1e-3. Nodal results and energy alone, without tangent and inertia; potential(), inverted() and
+        /// strain() stay those of the last double evaluation.
         bool single = false;
     };
     void evaluate(const Evaluation& e);
@@ -123,12 +123,11 @@ class ElementSet {
     };
     void prepare_single();
     template <int Order, template <class> class Strain>
-    void evaluate_single(std::size_t pair, const Evaluation& e);
+    void evaluate_pair(std::size_t pair, const Evaluation& e);
+    void evaluate_single(const Evaluation& e);
     template <int Order>
     Pack add_inertia(const Batch& batch, const Evaluation& e, const std::array<V3<Pack>, ElementOrder<Order>::nodes>& xdot,
                      std::array<V3<Pack>, ElementOrder<Order>::nodes>& nodal) const;
-    template <int Order>
-    void store_nodal(std::size_t b, const std::array<V3<Pack>, ElementOrder<Order>::nodes>& nodal);
     template <int Order, template <class> class Strain>
     void evaluate_batch(std::size_t b, const Evaluation& e);
     template <int Order>

@@ -4,6 +4,7 @@
 #include "engine/mechanics/element.hpp"
 #include "engine/mechanics/elements.hpp"
 #include "engine/mechanics/gather.hpp"
+#include "engine/mechanics/nodal_forces.hpp"
 #include "engine/mechanics/strain.hpp"
 
 namespace tetfront {
@@ -11,32 +12,6 @@ namespace tetfront {
 namespace {
 
 constexpr std::size_t batch_grain = 16;
-
-/// Effective corners that the position of node i enters, with dN_i / dlambda_k: one for a corner, two for a midpoint.
-template <int Order>
-struct Contributions {
-    struct Term {
-        int corner;
-        double weight;
-    };
-    std::array<std::array<std::array<Term, 2>, ElementOrder<Order>::nodes>, ElementOrder<Order>::points> terms{};
-    std::array<int, ElementOrder<Order>::nodes> count{};
-
-    constexpr Contributions() {
-        for (int i = 0; i < ElementOrder<Order>::nodes; ++i) {
-            for (int q = 0; q < ElementOrder<Order>::points; ++q) {
-                int n = 0;
-                for (int k = 0; k < 4; ++k) {
-                    const double w = shape_derivative<Order>(q, k, i);
-                    if (w != 0) terms[static_cast<std::size_t>(q)][static_cast<std::size_t>(i)][static_cast<std::size_t>(n++)] = {k, w};
-                }
-                count[static_cast<std::size_t>(i)] = n;
-            }
-        }
-    }
-};
-template <int Order>
-constexpr Contributions<Order> contributions{};
 
 /// The 4x4 blocks of an effective linear tet: rows and columns sum to zero.
 struct EffectiveBlocks {
@@ -159,36 +134,8 @@ class NodeBlocks<2> {
     EffectiveBlocks q_[4], half_;
 };
 
-/// Forces on the effective corners at point q, `corner` those on 1..3 as columns, moved to the nodes. They sum to zero.
-template <int Order>
-void add_corner_forces(int q, const M3<Pack>& corner, std::array<V3<Pack>, ElementOrder<Order>::nodes>& nodal) {
-    const auto& terms = contributions<Order>.terms[static_cast<std::size_t>(q)];
-    for (std::size_t a = 0; a < 3; ++a) {
-        const std::array<Pack, 4> force = {-(corner.m[3 * a] + corner.m[3 * a + 1] + corner.m[3 * a + 2]), corner.m[3 * a], corner.m[3 * a + 1],
-                                           corner.m[3 * a + 2]};
-        for (std::size_t i = 0; i < nodal.size(); ++i) {
-            for (int n = 0; n < contributions<Order>.count[i]; ++n) {
-                const auto& term = terms[i][static_cast<std::size_t>(n)];
-                nodal[i][a] += Pack(term.weight) * force[static_cast<std::size_t>(term.corner)];
-            }
-        }
-    }
-}
-
 /// [k-1][l-1]: G_k . sigma G_l.
 M3<Pack> geometric_blocks(const M3<Pack>& sigma, const Gradients<Pack>& g) { return mul_bt(mul(g, sigma), g); }
-
-/// Voigt strain rate in the material frame, from F's frame and its rate.
-template <class T>
-V6<T> strain_rate(const M3<T>& frame, const M3<T>& f_rate) {
-    const M3<T> rate = mul_at(frame, f_rate);
-    V6<T> result;
-    for (std::size_t m = 0; m < 6; ++m) {
-        const auto [i, j] = voigt_pairs[m];
-        result[m] = m < 3 ? rate(i, i) : rate(i, j) + rate(j, i);
-    }
-    return result;
-}
 
 }  // namespace
 
@@ -222,88 +169,8 @@ Pack ElementSet::add_inertia(const Batch& batch, const Evaluation& e, const std:
     return inertial / (Pack(1) + Pack(e.force_scale) * mass_damping);
 }
 
-template <int Order>
-void ElementSet::store_nodal(std::size_t b, const std::array<V3<Pack>, ElementOrder<Order>::nodes>& nodal) {
-    for (std::size_t i = 0; i < nodal.size(); ++i)
-        for (std::size_t a = 0; a < 3; ++a) store(nodal[i][a], &nodal_[((b * nodal.size() + i) * 3 + a) * pack_size]);
-}
-
-/// Forces and energy of batches 2 `pair` and the next. Strain and stress are in single precision; from the corners' forces on
-/// it is double again, so that internal forces still sum to zero.
-template <int Order, template <class> class Strain>
-void ElementSet::evaluate_single(std::size_t pair, const Evaluation& e) {
-    using O = ElementOrder<Order>;
-    const SinglePair& data = single_[pair];
-    const std::size_t first = 2 * pair, second = std::min(first + 1, batches_.size() - 1);
-    const std::array<const Batch*, 2> batch = {&batches_[first], &batches_[second]};
-    const bool damped = damped_ && e.velocity != nullptr;
-    const auto x = gather_single<O::nodes>(e.x, batch[0]->node, batch[1]->node);
-    std::array<V3<SinglePack>, O::nodes> xdot;
-    if (damped) xdot = gather_single<O::nodes>(*e.velocity, batch[0]->node, batch[1]->node);
-    Gradients<SinglePack> g;
-    for (std::size_t m = 0; m < 9; ++m) g.m[m] = load(data.gradient[m]);
-    std::array<SinglePack, 21> c;
-    for (std::size_t m = 0; m < 21; ++m) c[m] = load(single_stiffness_[data.stiffness].c[m]);
-    const SinglePack volume = load(data.volume), viscosity = load(data.stiffness_damping);
-
-    std::array<std::array<V3<Pack>, O::nodes>, 2> nodal;
-    for (auto& half : nodal)
-        for (auto& f : half) f = {Pack(0), Pack(0), Pack(0)};
-    const SinglePack scale = constant<SinglePack>(-e.force_scale / O::points) * volume;
-    SinglePack energy(0.0F);
-    for (int q = 0; q < O::points; ++q) {
-        const Strain<SinglePack> point(deformation_gradient<Order>(x, q, g));
-        const V6<SinglePack> strain = point.strain();
-        V6<SinglePack> stress = hooke(c, strain);
-        energy += constant<SinglePack>(1.0 / O::points) * volume * dot(strain, stress);
-        if (damped) {
-            const V6<SinglePack> viscous = hooke(c, strain_rate(point.frame(), deformation_gradient<Order>(xdot, q, g)));
-            for (std::size_t m = 0; m < 6; ++m) stress[m] += viscosity * viscous[m];
-        }
-        const M3<SinglePack> pg = mul_bt(point.piola(stress), g);
-        std::array<M3<Pack>, 2> corner;
-        for (std::size_t m = 0; m < 9; ++m) {
-            const auto halves = to_double(scale * pg.m[m]);
-            for (std::size_t half = 0; half < 2; ++half) corner[half].m[m] = halves[half];
-        }
-        for (std::size_t half = 0; half < 2; ++half) add_corner_forces<Order>(q, corner[half], nodal[half]);
-    }
-    const auto energies = to_double(energy);
-    for (std::size_t half = 0; half <= second - first; ++half) {
-        if (damped) add_inertia<Order>(*batch[half], e, gather<O::nodes>(*e.velocity, batch[half]->node), nodal[half]);
-        store(energies[half], &energies_[(first + half) * pack_size]);
-        store_nodal<Order>(first + half, nodal[half]);
-    }
-}
-
-/// What single precision needs of the batches, once after a build. Pairs of the same materials share them.
-void ElementSet::prepare_single() {
-    if (!single_.empty()) return;
-    single_.resize((batches_.size() + 1) / 2);
-    single_stiffness_.clear();
-    std::array<std::uint32_t, 2> last{};
-    for (std::size_t pair = 0; pair < single_.size(); ++pair) {
-        const std::size_t first = 2 * pair, second = std::min(first + 1, batches_.size() - 1);
-        SinglePair& data = single_[pair];
-        std::array<std::uint32_t, 2> number{};
-        for (std::size_t lane = 0; lane < SinglePack::size(); ++lane) {
-            const Batch& batch = batches_[lane < pack_size ? first : second];
-            const std::size_t l = lane % pack_size;
-            for (std::size_t m = 0; m < 9; ++m) data.gradient[m][lane] = static_cast<float>(batch.gradient[m][l]);
-            data.volume[lane] = static_cast<float>(batch.volume[l]);
-            data.stiffness_damping[lane] = static_cast<float>(batch.stiffness_damping[l]);
-            number[lane / pack_size] = batch.stiffness;
-        }
-        if (pair == 0 || number != last) {
-            SingleStiffness& s = single_stiffness_.emplace_back();
-            for (std::size_t lane = 0; lane < SinglePack::size(); ++lane)
-                for (std::size_t m = 0; m < 21; ++m)
-                    s.c[m][lane] = static_cast<float>(stiffness_[number[lane / pack_size]].c[m][lane % pack_size]);
-            last = number;
-        }
-        data.stiffness = static_cast<std::uint32_t>(single_stiffness_.size() - 1);
-    }
-}
+template Pack ElementSet::add_inertia<1>(const Batch&, const Evaluation&, const std::array<V3<Pack>, 4>&, std::array<V3<Pack>, 4>&) const;
+template Pack ElementSet::add_inertia<2>(const Batch&, const Evaluation&, const std::array<V3<Pack>, 10>&, std::array<V3<Pack>, 10>&) const;
 
 template <int Order, template <class> class Strain>
 void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
@@ -370,7 +237,7 @@ void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
 
     if (e.inertia != nullptr || damped) motion += add_inertia<Order>(batch, e, xdot, nodal);
     store(motion, &motions_[b * pack_size]);
-    store_nodal<Order>(b, nodal);
+    store_nodal(nodal, &nodal_[b * nodes * 3 * pack_size]);
 
     if (!e.tangent) return;
     tangent.prepare();
@@ -388,21 +255,19 @@ void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
 }
 
 void ElementSet::evaluate(const Evaluation& e) {
-    if (e.tangent) blocks_.resize(batches_.size() * pack_size * static_cast<std::size_t>(block_count()) * 9);
     ENSURE(!e.single || (!e.tangent && e.inertia == nullptr), "single precision has neither tangent nor inertia");
-    if (e.single) prepare_single();
+    if (e.single) return evaluate_single(e);
+    if (e.tangent) blocks_.resize(batches_.size() * pack_size * static_cast<std::size_t>(block_count()) * 9);
     const bool green = strain_measure_ == StrainMeasure::green;
-    const auto work = [&]<int Order, template <class> class Strain>() {
-        const std::size_t count = e.single ? single_.size() : batches_.size();
-        parallel_for(count, e.single ? batch_grain / 2 : batch_grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t b = begin; b < end; ++b) e.single ? evaluate_single<Order, Strain>(b, e) : evaluate_batch<Order, Strain>(b, e);
-        });
-    };
-    if (order_ == 1) {
-        green ? work.template operator()<1, GreenPoint>() : work.template operator()<1, CorotatedPoint>();
-    } else {
-        green ? work.template operator()<2, GreenPoint>() : work.template operator()<2, CorotatedPoint>();
-    }
+    parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t b = begin; b < end; ++b) {
+            if (order_ == 1) {
+                green ? evaluate_batch<1, GreenPoint>(b, e) : evaluate_batch<1, CorotatedPoint>(b, e);
+            } else {
+                green ? evaluate_batch<2, GreenPoint>(b, e) : evaluate_batch<2, CorotatedPoint>(b, e);
+            }
+        }
+    });
 }
 
 }  // namespace tetfront
