@@ -61,8 +61,11 @@ std::array<double, 2> drops(Simulation& simulation) {
 
 PaperFigure paper_bunny(PaperWork& work) {
     constexpr int width = 400, height = 400, steps = 240;
-    Simulation graded(work.build(work.load("bunny")));
-    Simulation soft(work.build(work.load("bunny", {{"/material/young", "2.5e4"}})));
+    const Scene scene = work.load("bunny");
+    const auto [feet_young, ears_young] = std::get<GradientSpec>(scene.material.materials.front().young).values;
+    const auto kilopascal = [](double young) { return format_number(young / 1e3, "%.3g") + " kPa"; };
+    Simulation graded(work.build(scene));
+    Simulation soft(work.build(work.load("bunny", {{"/material/young", format_number(ears_young, "%.9g")}})));
     std::vector<Image> panels = {paper_panel(work, graded, width, height, Colouring::stiffness)};
     advance(work, graded, steps, "bending the bunny's ears");
     advance(work, soft, steps, "a soft bunny, for comparison");
@@ -73,8 +76,8 @@ PaperFigure paper_bunny(PaperWork& work) {
 
     PaperFigure f;
     f.title = "Figure 10: a jelly bunny";
-    f.setting = "`bunny.json`: the Stanford bunny, E 500 kPa at its feet to 60 kPa at its ears, held at its feet, adaptive quadratic tets; 240 steps of 1/60 s under gravity. Beside it the "
-                "same bunny with E 25 kPa throughout.";
+    f.setting = "`bunny.json`: the Stanford bunny, E " + kilopascal(feet_young) + " at its feet to " + kilopascal(ears_young) + " at its ears, held at its feet, adaptive quadratic tets; 240 steps of 1/60 s under gravity. Beside it the "
+                "same bunny with E " + kilopascal(ears_young) + " throughout.";
     f.pictures = {{work.write_sheet("paper_10.png", panels, 3), "At rest, after 4 s, and the soft bunny after 4 s (the floor is drawn but holds nothing). Colours: stiffness, dark is stiff."}};
     f.statements = {{"The bunny stands alone thanks to its stiff feet.",
                      "Its lower half comes down by " + percent_of(body) + " of the height; that of a bunny as soft as the ears throughout by " + percent_of(soft_body) + ".",

@@ -115,7 +115,7 @@ VideoStream::VideoStream(double fps, bool even) {
     std::snprintf(rate, sizeof rate, "%.10g", fps);
     std::vector<std::string> words = {"ffmpeg", "-loglevel", "error", "-f", "image2pipe", "-c:v", "png", "-framerate", rate, "-i", "pipe:0"};
     for (std::string& word : h264(even)) words.push_back(std::move(word));
-    words.insert(words.end(), {"-movflags", "frag_keyframe+empty_moov", "-f", "mp4", "pipe:1"});
+    words.insert(words.end(), {"-frag_duration", "1000000", "-movflags", "empty_moov", "-f", "mp4", "pipe:1"});
     std::array<int, 2> ends{};
     if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw OutputError("ffmpeg cannot be run: " + std::generic_category().message(errno));
     posix_spawn_file_actions_t actions;

@@ -1,9 +1,9 @@
 #pragma once
 // Sends what a child process writes to a client while it writes it, in HTTP chunks. The child never gets ahead by more
-// than a pipe, and ends when the client goes. Included by server.cpp only, see there.
+// than a pipe, and ends when a piece cannot be sent to the client any more. Included by server.cpp only, see there.
 //
 //     const auto child = std::make_shared<ChildStream>(stream, words);
-//     child->start(header, timeout, [](ChildStream::End end) { ... });
+//     child->start(header, piece, whole, [](ChildStream::End end) { ... });
 
 #include "server/net/child_output.hpp"
 
@@ -15,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include <boost/asio/error.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
@@ -38,10 +40,14 @@ class ChildStream : public std::enable_shared_from_this<ChildStream> {
     ChildStream(boost::beast::tcp_stream& stream, std::vector<std::string> words)
         : stream_(stream), child_(stream.get_executor(), std::move(words)) {}
 
-    /// `done` is called once, later. timeout: for one piece, from its making to its arrival.
-    void start(Header header, std::chrono::milliseconds timeout, std::function<void(End)> done) {
-        header_ = std::move(header), timeout_ = timeout, done_ = std::move(done);
+    /// `done` is called once, later. piece: how long one may take to be taken; whole: all of it, or the process is stopped.
+    void start(Header header, std::chrono::milliseconds piece, std::chrono::milliseconds whole, std::function<void(End)> done) {
+        header_ = std::move(header), timeout_ = piece, done_ = std::move(done);
         header_.chunked(true);
+        deadline_.expires_after(whole);
+        deadline_.async_wait([weak = weak_from_this()](boost::system::error_code error) {
+            if (const auto self = weak.lock(); self && !error) self->stop();
+        });
         read();
     }
     void stop() { child_.stop(); }
@@ -49,7 +55,7 @@ class ChildStream : public std::enable_shared_from_this<ChildStream> {
  private:
     void read() {
         child_.read(boost::asio::buffer(piece_), [self = shared_from_this()](boost::system::error_code error, std::size_t size) {
-            if (error) return self->on_end();
+            if (error) return self->on_end(error);
             if (self->began_) return self->send(size);
             self->began_ = true;
             self->stream_.expires_after(self->timeout_);
@@ -65,17 +71,23 @@ class ChildStream : public std::enable_shared_from_this<ChildStream> {
                                      error ? self->end({Outcome::broken, ""}) : self->read();
                                  });
     }
-    void on_end() {
+    void on_end(boost::system::error_code error) {
+        if (error != boost::asio::error::eof) child_.stop();
+        stream_.expires_after(timeout_);
         std::string problem = child_.wait();
         if (!problem.empty()) return end({began_ ? Outcome::broken : Outcome::refused, std::move(problem)});
         boost::asio::async_write(stream_, boost::beast::http::make_chunk_last(), [self = shared_from_this()](boost::system::error_code error, std::size_t) {
             self->end({error ? Outcome::broken : Outcome::sent, ""});
         });
     }
-    void end(End how) { std::exchange(done_, nullptr)(std::move(how)); }
+    void end(End how) {
+        deadline_.cancel();
+        std::exchange(done_, nullptr)(std::move(how));
+    }
 
     boost::beast::tcp_stream& stream_;
     ChildOutput child_;
+    boost::asio::steady_timer deadline_{stream_.get_executor()};
     Header header_;
     boost::beast::http::response_serializer<boost::beast::http::empty_body> serializer_{header_};
     std::chrono::milliseconds timeout_{};

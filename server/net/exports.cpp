@@ -35,11 +35,14 @@ std::optional<Export> find_export(const Library& library, std::string_view path,
     if (!recording) return std::nullopt;
     const SnapshotQuery wanted = parse_snapshot_query(query, {});
     Export result{.words = {"render", recording->path.string(), "--stdout", std::string(kind->format), "--size",
-                            std::to_string(wanted.width) + "x" + std::to_string(wanted.height)},
+                            std::to_string(wanted.width) + "x" + std::to_string(wanted.height),
+                            "--command", "tetfront render " + recording->path.filename().string()},
                   .content_type = std::string(kind->content_type),
-                  .file = recording->path.stem().string() + "." + std::string(kind->format)};
+                  .file = recording->path.stem().string() + "." + std::string(kind->format),
+                  .folder = recording->path.parent_path().string() + "/"};
     if (!wanted.view_text.empty()) {
-        result.words.insert(result.words.end(), {"--view", wanted.view_text});
+        // As JSON, whatever stands before it: text that does not begin with a brace would be a file's name.
+        result.words.insert(result.words.end(), {"--view", wanted.view_text.substr(wanted.view_text.find('{'))});
         if (!parse_view(wanted.view_text, "view").keyframes.empty()) result.words.insert(result.words.end(), {"--camera", "keyframes"});
     }
     return result;

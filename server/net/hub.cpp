@@ -146,7 +146,7 @@ void Hub::on_frame(const Shots& shots) {
 void Hub::on_state(const SessionState& state) {
     if (!model_) return;
     const bool was_ready = ready();
-    const bool was_recording = state_ && state_->recording.active;
+    const bool was_recording = std::exchange(recording_active_, state.recording.active);
     state_ = state;
     if (!state.recording.problem.empty() && was_recording && !state.recording.active) {
         spdlog::warn("{}: {}", state.recording.name, state.recording.problem);

@@ -111,6 +111,7 @@ class Hub {
     Shots early_;  // came before its model: the slot for frames overtakes
     std::optional<SessionState> state_;
     SharedBytes progress_, settings_, recording_;
+    bool recording_active_ = false;  // as viewers were told; a scene that is loaded ends a recording
     std::chrono::steady_clock::time_point last_recording_{};
     std::map<std::string, std::size_t> addresses_;  // connections
     std::set<Field> fields_;                        // that viewers want

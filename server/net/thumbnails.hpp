@@ -88,7 +88,7 @@ class Thumbnails {
             child_ = std::make_unique<ChildOutput>(
                 executor_, std::vector<std::string>{"render", job_.scene.string(), "--frames", "1", "--size", "320x200", "--stdout", "png", "--overlay",
                                                     "none", "--colour", "stiffness", "--set", "levels=0", "--set", "front/order=1", "--no-cache",
-                                                    "--threads", "1"});
+                                                    "--threads", "1", "--command", "tetfront render " + job_.name});
         } catch (const OutputError& error) {
             return finish(error.what());
         }
@@ -104,6 +104,7 @@ class Thumbnails {
                 png_.append(piece_.data(), size);
                 return read();
             }
+            if (error != boost::asio::error::eof) child_->stop();  // too large, or not to be read
             finish(child_->wait());
         });
     }

@@ -2,9 +2,9 @@
 // Records a session while it runs: every so many steps a frame, and what clients do in between, up to a limit of bytes. A full
 // disk ends the recording, never the session.
 //
-//     LiveRecording recording(file, name, model, {.fps = 30, .field = Field::stress, .most_bytes = 1 << 30}, time);
-//     if (recording.due(step)) recording.add(*frame);       // after each step
-//     RecordingStatus status = recording.finish();
+//     LiveRecording recording(file, model, {.fps = 30, .field = Field::stress, .most_bytes = 1 << 30});
+//     if (recording.due()) recording.add(*frame);           // after each step
+//     recording.finish();                                   // and see recording.status()
 
 #include "server/session/recording.hpp"
 #include "server/session/stage.hpp"

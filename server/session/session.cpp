@@ -162,9 +162,13 @@ void Session::apply(Request& request) {
     if (std::holds_alternative<Disconnect>(request.what)) {
         const auto pulls = pulls_.extract(request.client);
         if (!pulls || !stage_) return;
-        for (const std::uint32_t pull : pulls.mapped()) {
-            stage_->end_pull(pull_id(request.client, pull));
-            record_event(request.client, command::PullEnd{pull});
+        try {
+            for (const std::uint32_t pull : pulls.mapped()) {
+                stage_->end_pull(pull_id(request.client, pull));
+                record_event(request.client, command::PullEnd{pull});
+            }
+        } catch (...) {
+            break_down(text_of(std::current_exception()));
         }
         frame_dirty_ = true;
         return;
@@ -219,7 +223,12 @@ void Session::step_if_due() {
     }
     frame_dirty_ = state_dirty_ = true;
     ++state_.steps;
-    record();
+    try {
+        record();
+    } catch (...) {
+        break_down(text_of(std::current_exception()));
+        return;
+    }
     if (playing_) {
         next_step_ +=
             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(model_->scene.time_step / speed_));

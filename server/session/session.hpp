@@ -170,7 +170,7 @@ class Session {
     Listener listener_;
     std::thread thread_;
 
-    std::mutex mutex_;  // guards the five below
+    std::mutex mutex_;  // guards what follows up to the next comment
     std::condition_variable wake_, end_;
     std::vector<Request> queue_;
     bool stopping_ = false;
