@@ -7,6 +7,7 @@ import type { Topology } from "../protocol";
 import { LEVEL_COLOURS, MAX_LEVELS } from "./front";
 import { FRONT_VERTEX } from "./front_vertices";
 import type { FrontVertices } from "./front_vertices";
+import { setTetInstances } from "./tet_instances";
 
 const FACES = [1, 2, 3, 0, 3, 2, 0, 1, 3, 0, 2, 1]; // corners of the four faces
 
@@ -38,20 +39,8 @@ export class FrontTets {
     this.mesh.visible = false;
   }
 
-  setTopology({ tets, tetLevel }: Topology): void {
-    // three cannot grow an attribute: a new geometry for a new front, of exactly its size.
-    this.mesh.geometry.dispose();
-    const geometry = new THREE.InstancedBufferGeometry();
-    const slots = Float32Array.from(FACES.flatMap((corner, i) => [corner, i % 3, 0]));
-    geometry.setAttribute("position", new THREE.BufferAttribute(slots, 3));
-    const corners = new THREE.InstancedBufferAttribute(new Int32Array(tets), 4);
-    corners.gpuType = THREE.IntType;
-    geometry.setAttribute("corners", corners);
-    const level = new THREE.InstancedBufferAttribute(new Int32Array(tetLevel), 1);
-    level.gpuType = THREE.IntType;
-    geometry.setAttribute("level", level);
-    geometry.instanceCount = tetLevel.length;
-    this.mesh.geometry = geometry;
+  setTopology(topology: Topology): void {
+    setTetInstances(this.mesh, topology, Float32Array.from(FACES.flatMap((corner, i) => [corner, i % 3, 0])));
   }
 
   /** Of tets that are drawn, without those cut away. */

@@ -7,6 +7,7 @@ import type { Topology } from "../protocol";
 import { LEVEL_COLOURS, MAX_LEVELS } from "./front";
 import { FRONT_VERTEX } from "./front_vertices";
 import type { FrontVertices } from "./front_vertices";
+import { setTetInstances } from "./tet_instances";
 
 export class SectionTets {
   readonly mesh: THREE.Mesh<THREE.InstancedBufferGeometry, THREE.MeshStandardMaterial>;
@@ -19,6 +20,7 @@ export class SectionTets {
       cut: { value: new THREE.Vector4(0, 0, 0, 1) }, // hidden where dot(cut.xyz, p) > cut.w
     };
     const material = new THREE.MeshStandardMaterial({
+      flatShading: true, // polygons turn either way; their front face must not decide about light
       roughness: 0.9,
       metalness: 0,
       side: THREE.DoubleSide,
@@ -37,23 +39,9 @@ export class SectionTets {
     this.mesh.visible = false;
   }
 
-  setTopology({ tets, tetLevel }: Topology): void {
-    // three cannot grow an attribute: a new geometry for a new front, of exactly its size.
-    this.mesh.geometry.dispose();
-    const geometry = new THREE.InstancedBufferGeometry();
-    geometry.setAttribute(
-      "position",
-      new THREE.BufferAttribute(Float32Array.of(0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0), 3),
-    );
-    geometry.setIndex([0, 1, 2, 0, 2, 3]);
-    const corners = new THREE.InstancedBufferAttribute(new Int32Array(tets), 4);
-    corners.gpuType = THREE.IntType;
-    geometry.setAttribute("corners", corners);
-    const level = new THREE.InstancedBufferAttribute(new Int32Array(tetLevel), 1);
-    level.gpuType = THREE.IntType;
-    geometry.setAttribute("level", level);
-    geometry.instanceCount = tetLevel.length;
-    this.mesh.geometry = geometry;
+  setTopology(topology: Topology): void {
+    const slots = Float32Array.of(0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0);
+    setTetInstances(this.mesh, topology, slots, [0, 1, 2, 0, 2, 3]);
   }
 
   cut(plane: THREE.Plane): void {
@@ -64,7 +52,6 @@ export class SectionTets {
     Object.assign(shader.uniforms, this.uniforms);
     shader.vertexShader = shader.vertexShader
       .replace("#include <common>", `#include <common>\n${HEAD}`)
-      .replace("#include <beginnormal_vertex>", "vec3 objectNormal = cut.xyz;")
       .replace("#include <begin_vertex>", BODY);
     shader.fragmentShader = shader.fragmentShader
       .replace("#include <common>", "#include <common>\nvarying vec3 tint;\nvarying vec2 within;")
@@ -101,10 +88,12 @@ const BODY = /* glsl */ `
   vec3 transformed = vec3(0.0); // all corners in one point: nothing to be seen
   if (up == 2) {
     transformed = crossing(above[slot / 2], below[slot == 1 || slot == 2 ? 1 : 0]);
-  } else if (up == 1) {
-    transformed = crossing(above[0], below[min(slot, 2)]);
-  } else if (up == 3) {
-    transformed = crossing(below[0], above[min(slot, 2)]);
+  } else if (up == 1 || up == 3) {
+    // A triangle is a quadrilateral with a corner amid a side, so that all its sides are sides of that.
+    vec4 tip = up == 1 ? above[0] : below[0];
+    vec3 p[3];
+    for (int i = 0; i < 3; ++i) p[i] = crossing(tip, up == 1 ? below[i] : above[i]);
+    transformed = slot == 0 ? 0.5 * (p[0] + p[2]) : p[slot - 1];
   }
   within = vec2(slot == 1 || slot == 2, slot >= 2);
   tint = levels[min(level, ${MAX_LEVELS - 1})];
