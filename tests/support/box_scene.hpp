@@ -5,6 +5,15 @@
 
 namespace tetfront {
 
+/// Such a beam as a file, for the program.
+inline constexpr const char* box_scene_text = R"({
+  "schema_version": 1, "title": "A beam", "up": "z",
+  "mesh": {"box": {"low": [0, 0, 0], "high": [4, 1, 1], "cells": [4, 1, 1]}},
+  "levels": 1,
+  "material": {"density": 1000, "poisson": 0.3, "young": 1e5},
+  "pins": [{"half_space": {"point": [0.001, 0, 0], "normal": [1, 0, 0]}}]
+})";
+
 inline Scene box_scene() {
     Scene scene;
     scene.name = "beam";

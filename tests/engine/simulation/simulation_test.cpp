@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "engine/base/error.hpp"
 #include "tests/support/scenes.hpp"
@@ -172,20 +171,6 @@ TEST_P(SimulationOfOrder, SplittingKeepsTheMotion) {
     const Vec3 coarse = a.momentum().linear, fine = b.momentum().linear;
     EXPECT_LT((fine - coarse).norm(), 0.1 * coarse.norm()) << "new vertices must not stand still";
     EXPECT_NEAR(b.energy().kinetic / a.energy().kinetic, 1, 0.4);
-}
-
-TEST_P(SimulationOfOrder, SameBitsWithAnyNumberOfThreads) {
-    const auto hash = [&](std::size_t threads) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        Simulation simulation(cantilever_model({order(), {"/levels", "3"}, {"/front/tolerance", GetParam() == 1 ? "0.05" : "0.002"}}));
-        simulation.begin_pull(1, {40, Vec3::Constant(1.0 / 3)}, Vec3(3, 2, 1));
-        for (int i = 0; i < 12; ++i) simulation.step();
-        return simulation.hash();
-    };
-    const std::uint64_t one = hash(1);
-    EXPECT_EQ(hash(2), one);
-    EXPECT_EQ(hash(8), one);
-    EXPECT_EQ(hash(1), one);
 }
 
 TEST_P(SimulationOfOrder, ResetStartsOver) {

@@ -23,6 +23,15 @@ class CommandsTest : public ServerTest {
         start(playing, {}, box_scene(),
               {.library = Library(scenes_.path(), data_.path()), .recording_bytes = recording_bytes});
     }
+    /// Returns while that scene is built, which takes a second or so.
+    void begin_to_load_large(Client& client) {
+        scenes_.write("large.json", R"({"schema_version": 1, "up": "z", "title": "Large",
+            "mesh": {"box": {"low": [0, 0, 0], "high": [1, 1, 1], "cells": [6, 6, 6]}}, "levels": 2,
+            "material": {"density": 1000, "poisson": 0.3, "young": 1e5}})");
+        client.until(is_frame);
+        client.send(R"({"id": 1, "command": "load", "scene": "large"})");
+        client.until([](const Message& m) { return m.text && m.json["type"] == "progress"; });
+    }
     static Json place(Json command) {
         command["triangle"] = 0;
         command["barycentric"] = {1, 0, 0};
@@ -170,22 +179,19 @@ TEST_F(CommandsTest, ListsAndLoadsScenes) {
 }
 
 TEST_F(CommandsTest, TheSimulationGoesOnWhileAnotherSceneIsBuilt) {
-    scenes_.write("large.json", R"({"schema_version": 1, "up": "z", "title": "Large",
-        "mesh": {"box": {"low": [0, 0, 0], "high": [1, 1, 1], "cells": [6, 6, 6]}}, "levels": 2,
-        "material": {"density": 1000, "poisson": 0.3, "young": 1e5}})");
     start_with_library(true);
     Client client(connect(), host());
-    client.until(is_frame);
-    client.send(R"({"id": 1, "command": "load", "scene": "large"})");
-    client.until([](const Message& m) { return m.text && m.json["type"] == "progress"; });
+    begin_to_load_large(client);
     EXPECT_EQ(client.command({{"id", 2}, {"command", "speed"}, {"value", 2}})["type"], "ok") << "answered before the load";
     EXPECT_EQ(client.command({{"id", 3}, {"command", "load"}, {"scene", "small"}})["code"], "failed") << "one at a time";
-    const Message frame = client.until(is_frame);
-    EXPECT_EQ(frame.at<std::uint16_t>(2), 1) << "of the present scene";
     bool loaded = false, ready = false;
-    for (std::uint32_t frames = 0; !(loaded && ready);) {
+    double first = -1, last = -1;  // [s] of frames of the present scene
+    while (!(loaded && ready)) {
         const Message m = client.read();
-        frames += is_frame(m);
+        if (is_frame(m) && m.at<std::uint16_t>(2) == 1) {
+            last = m.at<double>(16);
+            if (first < 0) first = last;
+        }
         if (!m.text) continue;
         if (m.json["type"] == "ok") loaded = true;
         if (m.json["type"] == "hello") {
@@ -194,18 +200,30 @@ TEST_F(CommandsTest, TheSimulationGoesOnWhileAnotherSceneIsBuilt) {
             EXPECT_EQ(m.json["speed"], 2.0);
         }
     }
+    EXPECT_GT(last, first) << "it went on meanwhile";
     EXPECT_EQ(client.until(is_frame).at<std::uint16_t>(2), 2);
 }
 
-TEST_F(CommandsTest, AServerStopsWhileASceneIsBuilt) {
-    scenes_.write("large.json", R"({"schema_version": 1, "up": "z",
-        "mesh": {"box": {"low": [0, 0, 0], "high": [1, 1, 1], "cells": [6, 6, 6]}}, "levels": 2,
-        "material": {"density": 1000, "poisson": 0.3, "young": 1e5}})");
-    start_with_library(true);
+TEST_F(CommandsTest, LoadingEndsARecordingForAllToSee) {
+    start_with_library();
     Client client(connect(), host());
     client.until(is_frame);
-    client.send(R"({"id": 1, "command": "load", "scene": "large"})");
-    client.until([](const Message& m) { return m.text && m.json["type"] == "progress"; });
+    const auto recording = [](bool active) {
+        return [active](const Message& m) { return m.text && m.json["type"] == "recording" && m.json["active"] == active; };
+    };
+    EXPECT_EQ(client.command({{"id", 1}, {"command", "record_start"}, {"name", "run"}, {"fps", 60}})["type"], "ok");
+    client.until(recording(true));
+    client.send(R"({"id": 2, "command": "load", "scene": "small"})");
+    client.until(recording(false));
+    Client late(connect(), host());
+    late.until(is_frame);
+    EXPECT_EQ(late.command({{"id", 1}, {"command", "record_stop"}})["code"], "failed") << "nothing is recorded";
+}
+
+TEST_F(CommandsTest, AServerStopsWhileASceneIsBuilt) {
+    start_with_library(true);
+    Client client(connect(), host());
+    begin_to_load_large(client);
     std::thread stopper([this] { stop(); });
     EXPECT_EQ(client.closed(), 1001);
     stopper.join();

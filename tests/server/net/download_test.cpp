@@ -80,6 +80,9 @@ TEST_F(DownloadTest, WrongRequestsAreRefusedWithTheirReason) {
     EXPECT_EQ(other.result_int(), 422U);
     EXPECT_NE(other.body().find("was not recorded"), std::string::npos) << other.body();
     EXPECT_EQ(std::ranges::count(other.body(), '\n'), 1) << other.body();
+    EXPECT_EQ(other.body().find('/'), std::string::npos) << "where it lies is nobody's business: " << other.body();
+    // Blanks before the JSON are none of a file's name.
+    EXPECT_EQ(request(http::verb::get, "/recordings/run.tfr/frames.zip?w=64&h=48&view=%20%7B%7D").result_int(), 200U);
     EXPECT_EQ(exchange("GET /recordings/run.tfr/frames.zip HTTP/1.0\r\nHost: " + host() + "\r\n\r\n").substr(9, 3), "505");
 }
 

@@ -1,5 +1,6 @@
 // `tetfront render`, the program itself.
 
+#include "tests/support/box_scene.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/pictures.hpp"
 #include "tests/support/project.hpp"
@@ -19,17 +20,9 @@
 namespace tetfront {
 namespace {
 
-constexpr const char* beam = R"({
-  "schema_version": 1, "title": "A beam", "up": "z",
-  "mesh": {"box": {"low": [0, 0, 0], "high": [4, 1, 1], "cells": [4, 1, 1]}},
-  "levels": 1,
-  "material": {"density": 1000, "poisson": 0.3, "young": 1e5},
-  "pins": [{"half_space": {"point": [0.001, 0, 0], "normal": [1, 0, 0]}}]
-})";
-
 class RenderCommand : public testing::Test {
  protected:
-    RenderCommand() { scene_ = folder_.write("beam.json", beam).string(); }
+    RenderCommand() { scene_ = folder_.write("beam.json", box_scene_text).string(); }
 
     ChildProcess::Result run(std::vector<std::string> arguments) {
         arguments.insert(arguments.begin(), {program_path(), "render", scene_});

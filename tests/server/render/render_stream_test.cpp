@@ -1,5 +1,6 @@
 // `tetfront render --stdout`, and what it does where the rasteriser is missing.
 
+#include "tests/support/box_scene.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/pictures.hpp"
 #include "tests/support/project.hpp"
@@ -13,17 +14,9 @@
 namespace tetfront {
 namespace {
 
-constexpr const char* beam = R"({
-  "schema_version": 1, "title": "A beam", "up": "z",
-  "mesh": {"box": {"low": [0, 0, 0], "high": [4, 1, 1], "cells": [4, 1, 1]}},
-  "levels": 1,
-  "material": {"density": 1000, "poisson": 0.3, "young": 1e5},
-  "pins": [{"half_space": {"point": [0.001, 0, 0], "normal": [1, 0, 0]}}]
-})";
-
 class RenderStream : public testing::Test {
  protected:
-    RenderStream() { scene_ = folder_.write("beam.json", beam).string(); }
+    RenderStream() { scene_ = folder_.write("beam.json", box_scene_text).string(); }
     ChildProcess::Result render(std::vector<std::string> more, std::vector<std::string> before = {}) {
         std::vector<std::string> words = std::move(before);
         words.insert(words.end(), {program_path(), "render", scene_, "--frames", "3", "--size", "96x64"});
