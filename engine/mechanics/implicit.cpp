@@ -148,7 +148,12 @@ void Implicit::assemble(const Problem& p) {
     // Quadratic shape functions are negative in places; a diagonal is not.
     if (points)
         for (VertexId v : p.front.vertices()) point_diagonal_[v] = point_diagonal_[v].cwiseMax(0);
-    preconditioner_.update(matrix_, h * h, 1, h, points ? &point_diagonal_ : nullptr);
+    preconditioner_.update(matrix_, {.stiffness_scale = h * h,
+                                     .mass_scale = 1,
+                                     .damping_scale = h,
+                                     .x = trial_x_,
+                                     .points = points ? &point_diagonal_ : nullptr,
+                                     .contacts = !p.loads.contacts.empty()});
 }
 
 /// Newton's update for right_, a direction of descent. False: there is none.

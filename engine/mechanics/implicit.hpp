@@ -67,6 +67,9 @@ class Implicit {
     ImplicitReport step(const Front& front, ElementSet& elements, State& state, const Loads& loads,
                         const ImplicitSettings& settings);
 
+    /// The next build has other materials.
+    void forget_materials() { preconditioner_.forget_materials(); }
+
     [[nodiscard]] const BlockMatrix& matrix() const { return matrix_; }
 
  private:

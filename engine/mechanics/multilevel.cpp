@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/error.hpp"
 #include "engine/mechanics/element.hpp"
 
 namespace tetfront {
@@ -50,6 +51,9 @@ void Multilevel::build(const Front& front, const TetMaterials& materials, const 
     diagonal_.assign(level_end_.size() - 1, {});
     for (std::size_t l = 0; l + 1 < level_end_.size(); ++l) diagonal_[l].assign(level_end_[l], {});
     add_level_diagonals(front, materials);
+    ENSURE(level_end_[0] == tree.vertex_count(0), "every root vertex is a node of the front");
+    rigid_.build(tree, materials, pinned);
+    root_.resize(tree.vertex_count(0));
 }
 
 /// A tet of the finest linear mesh under the front (its active tets; for order 2 their children) counts in the levels
@@ -114,9 +118,11 @@ void Multilevel::restrict_level(std::size_t l) const {
     }
 }
 
-void Multilevel::update(const BlockMatrix& matrix, double stiffness_scale, double mass_scale, double damping_scale,
-                        const PerVertex<Vec3>* points) {
+void Multilevel::update(const BlockMatrix& matrix, const Update& u) {
+    const PerVertex<Vec3>* points = u.points;
     jacobi_.build(matrix);
+    with_rigid_ = !rigid_.empty() && !u.contacts;
+    if (with_rigid_) rigid_.update(u.stiffness_scale, u.mass_scale, u.damping_scale, u.x);
     inverse_.resize(diagonal_.size());
     coarse_.resize(diagonal_.size());
     fine_.resize(ends_.size());
@@ -126,8 +132,8 @@ void Multilevel::update(const BlockMatrix& matrix, double stiffness_scale, doubl
         inverse_[l].resize(diagonal_[l].size());
         coarse_[l].resize(diagonal_[l].size());
         for (std::size_t s = 0; s < diagonal_[l].size(); ++s) {
-            const double d = stiffness_scale * diagonal_[l][s].stiffness + mass_scale * diagonal_[l][s].mass +
-                             damping_scale * diagonal_[l][s].damping;
+            const double d = u.stiffness_scale * diagonal_[l][s].stiffness + u.mass_scale * diagonal_[l][s].mass +
+                             u.damping_scale * diagonal_[l][s].damping;
             inverse_[l][s] = fixed_[s] || !(d > 0) ? Vec3(Vec3::Zero()) : (fine_[s].array() + d).inverse().matrix();
         }
     }
@@ -135,14 +141,18 @@ void Multilevel::update(const BlockMatrix& matrix, double stiffness_scale, doubl
 
 void Multilevel::apply(const DofVector& r, DofVector& z) const {
     jacobi_.apply(r, z);
-    if (diagonal_.empty()) return;
+    if (diagonal_.empty() && !with_rigid_) return;
     for (std::size_t s = 0; s < fine_.size(); ++s) fine_[s] = dof_[s] >= 0 ? r[static_cast<std::size_t>(dof_[s])] : Vec3(Vec3::Zero());
     for (std::size_t l = diagonal_.size(); l-- > 0;) {
         restrict_level(l + 1);
         for (std::size_t s = 0; s < level_end_[l]; ++s) coarse_[l][s] = inverse_[l][s].cwiseProduct(fine_[s]);
     }
+    if (with_rigid_) rigid_.apply(fine_, root_);
     DofVector& y = fine_;
-    for (std::size_t s = 0; s < level_end_[0]; ++s) y[s] = coarse_[0][s];
+    for (std::size_t s = 0; s < level_end_[0]; ++s) {
+        y[s] = diagonal_.empty() ? Vec3(Vec3::Zero()) : coarse_[0][s];
+        if (with_rigid_) y[s] += root_[s];
+    }
     for (std::size_t l = 1; l < level_end_.size(); ++l) {
         for (std::size_t s = level_end_[l - 1]; s < level_end_[l]; ++s)
             y[s] = 0.5 * (y[static_cast<std::size_t>(ends_[s][0])] + y[static_cast<std::size_t>(ends_[s][1])]);

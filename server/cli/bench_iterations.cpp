@@ -44,7 +44,7 @@ IterationRow count(const TetTree& tree, int order, int level, bool hanging) {
     row.jacobi = pcg.solve(matrix, jacobi, right, x, {tolerance, 5000}).iterations;
     Multilevel multilevel;
     multilevel.build(front, materials, pinned, matrix);
-    multilevel.update(matrix, time_step * time_step, 1, time_step);
+    multilevel.update(matrix, {.stiffness_scale = time_step * time_step, .mass_scale = 1, .damping_scale = time_step, .x = tree.rest()});
     x.assign(x.size(), Vec3::Zero());
     row.multilevel = pcg.solve(matrix, multilevel, right, x, {tolerance, 5000}).iterations;
     return row;

@@ -62,7 +62,7 @@ double static_error(const TetTree& tree, const Front& front) {
     matrix.fill(elements);
     Multilevel preconditioner;
     preconditioner.build(front, {elasticity, density}, pinned, matrix);
-    preconditioner.update(matrix, 1, 0, 0);
+    preconditioner.update(matrix, {.stiffness_scale = 1, .mass_scale = 0, .damping_scale = 0, .x = tree.rest()});
     DofVector right(matrix.size()), update(matrix.size());
     Pcg pcg;
     for (int newton = 0; newton < 3; ++newton) {  // the matrix holds floats, the residual does not
