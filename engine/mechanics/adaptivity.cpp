@@ -59,13 +59,16 @@ PointStrains<Order> strains_at(const Front& front, TetId t, const PerVertex<Vec3
     return s;
 }
 
-double quadratic_form(const Sym6& c, const Vec6& e) {
-    double sum = 0;
-    for (int i = 0; i < 6; ++i) {
-        sum += c(i, i) * e[i] * e[i];
-        for (int j = i + 1; j < 6; ++j) sum += 2 * c(i, j) * e[i] * e[j];
-    }
-    return sum;
+/// e^T C e, written out: as loops over Sym6::slot it was most of the time of a linear front's indicators. E: Vec6, or V6 of packs.
+template <class E>
+auto quadratic_form(const Sym6& c, const E& e) {
+    using T = std::decay_t<decltype(e[0])>;
+    const auto u = [&](std::size_t k) { return T(c.upper[k]); };
+    const T two(2);
+    return e[0] * (u(0) * e[0] + two * (u(1) * e[1] + u(2) * e[2] + u(3) * e[3] + u(4) * e[4] + u(5) * e[5])) +
+           e[1] * (u(6) * e[1] + two * (u(7) * e[2] + u(8) * e[3] + u(9) * e[4] + u(10) * e[5])) +
+           e[2] * (u(11) * e[2] + two * (u(12) * e[3] + u(13) * e[4] + u(14) * e[5])) +
+           e[3] * (u(15) * e[3] + two * (u(16) * e[4] + u(17) * e[5])) + e[4] * (u(18) * e[4] + two * (u(19) * e[5])) + u(20) * e[5] * e[5];
 }
 
 template <int Order>
@@ -113,27 +116,40 @@ bool Adaptivity::in_valid_range(TetId t, const Vec6& strain) const {
     return true;
 }
 
+/// Which strains are averaged where: as long as the front is the same.
 template <int Order>
-void Adaptivity::recover(const Front& front, const ElementSet& elements) {
+void Adaptivity::group(const Front& front, const ElementSet& elements) {
     first_.resize(front.tree().vertex_count());
     recovered_.clear();
     for (VertexId v : front.vertices()) first_[v] = -1;
+    constexpr std::size_t nodes = ElementOrder<Order>::nodes;
+    group_of_node_.resize(elements.size() * nodes);
     for (std::size_t e = 0; e < elements.size(); ++e) {
         const TetId t = elements.tets()[e];
-        const double volume = front.tree().volume(t);
-        const auto at_nodes = strain_at_nodes<Order>(strains_of<Order>(elements, e));
         const auto node = front.nodes(t);
-        for (std::size_t i = 0; i < at_nodes.size(); ++i) {
+        for (std::size_t i = 0; i < nodes; ++i) {
             std::int32_t n = find(node[i], kind_[t]);
             if (n < 0) {
                 n = static_cast<std::int32_t>(recovered_.size());
                 recovered_.push_back({Vec6::Zero(), 0, kind_[t], first_[node[i]]});
                 first_[node[i]] = n;
             }
-            Recovered& r = recovered_[static_cast<std::size_t>(n)];
-            r.strain += volume * at_nodes[i];
-            r.weight += volume;
+            recovered_[static_cast<std::size_t>(n)].weight += front.tree().volume(t);
+            group_of_node_[e * nodes + i] = static_cast<std::uint32_t>(n);
         }
+    }
+}
+
+template <int Order>
+void Adaptivity::recover(const Front& front, const ElementSet& elements) {
+    constexpr std::size_t nodes = ElementOrder<Order>::nodes;
+    if (grouped_front_ != &front || grouped_epoch_ != front.epoch()) group<Order>(front, elements);
+    grouped_front_ = &front, grouped_epoch_ = front.epoch();
+    for (Recovered& r : recovered_) r.strain.setZero();
+    for (std::size_t e = 0; e < elements.size(); ++e) {
+        const double volume = front.tree().volume(elements.tets()[e]);
+        const auto at_nodes = strain_at_nodes<Order>(strains_of<Order>(elements, e));
+        for (std::size_t i = 0; i < nodes; ++i) recovered_[group_of_node_[e * nodes + i]].strain += volume * at_nodes[i];
     }
     for (Recovered& r : recovered_) r.strain /= r.weight;
     // The recovered field is conforming, like the displacement, where the tet that a vertex hangs on is of the same class.
@@ -153,29 +169,32 @@ void Adaptivity::recover(const Front& front, const ElementSet& elements) {
     }
 }
 
-template <int Order, class Strains>
-double Adaptivity::indicator(const Front& front, TetId t, const Strains& own, double bracket_weight) const {
+/// recovered(i): the recovered strain at node i.
+template <int Order, class Strains, class AtNode>
+double Adaptivity::indicator(const Front& front, TetId t, const Strains& own, const AtNode& recovered, double bracket_weight) const {
     using O = ElementOrder<Order>;
     const Sym6& c = matrices_->elasticity[t];
     const double volume = front.tree().volume(t);
-    const auto node = front.nodes(t);
     double sum = 0;
     if constexpr (Order == 1) {
         // The difference is linear in the tet: exact integral from its corner values.
-        Vec6 total = Vec6::Zero();
-        for (std::size_t i = 0; i < 4; ++i) {
-            const Vec6 d = recovered_at(node[i], kind_[t]) - own[0];
-            sum += quadratic_form(c, d);
-            total += d;
+        std::array<Vec6, 4> d;
+        for (std::size_t i = 0; i < 4; ++i) d[i] = recovered(i) - own[0];
+        if constexpr (pack_size == 4) {
+            V6<Pack> lanes;
+            for (int m = 0; m < 6; ++m) lanes[static_cast<std::size_t>(m)] = Pack([&](std::size_t i) { return d[i][m]; });
+            sum = std::experimental::reduce(quadratic_form(c, lanes));
+        } else {
+            for (const Vec6& at : d) sum += quadratic_form(c, at);
         }
-        sum = (sum + quadratic_form(c, total)) / 20;
+        sum = (sum + quadratic_form(c, Vec6(d[0] + d[1] + d[2] + d[3]))) / 20;
     } else {
         for (int q = 0; q < O::points; ++q) {
             Vec6 d = -own[static_cast<std::size_t>(q)];
             Vec4 b = Vec4::Constant(O::far);
             b[q] = O::near;
             const auto shape = quadratic_shape(b);
-            for (std::size_t i = 0; i < 10; ++i) d += shape[i] * recovered_at(node[i], kind_[t]);
+            for (std::size_t i = 0; i < 10; ++i) d += shape[i] * recovered(i);
             sum += quadratic_form(c, d) / O::points;
         }
     }
@@ -194,7 +213,8 @@ void Adaptivity::measure_order(const Front& front, const ElementSet& elements, c
         for (std::size_t e = begin; e < end; ++e) {
             const TetId t = elements.tets()[e];
             const auto own = strains_of<Order>(elements, e);
-            eta2_[e] = indicator<Order>(front, t, own, bracket_weight);
+            const std::uint32_t* group = &group_of_node_[e * ElementOrder<Order>::nodes];
+            eta2_[e] = indicator<Order>(front, t, own, [&](std::size_t i) -> const Vec6& { return recovered_[group[i]].strain; }, bracket_weight);
             out_of_range_[e] = !in_valid_range(t, mean<Order>(own));
         }
     });
@@ -217,7 +237,9 @@ void Adaptivity::measure_order(const Front& front, const ElementSet& elements, c
         for (std::size_t n = begin; n < end; ++n) {
             MergeCandidate& candidate = candidates_[n];
             const auto own = strains_at<Order>(front, candidate.parent, x, elements.strain_measure());
-            candidate.cost += indicator<Order>(front, candidate.parent, own, bracket_weight);
+            const auto node = front.nodes(candidate.parent);
+            const auto recovered = [&](std::size_t i) -> const Vec6& { return recovered_at(node[i], kind_[candidate.parent]); };
+            candidate.cost += indicator<Order>(front, candidate.parent, own, recovered, bracket_weight);
             if (!in_valid_range(candidate.parent, mean<Order>(own))) candidate.cost = std::numeric_limits<double>::infinity();
         }
     });

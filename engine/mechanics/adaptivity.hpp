@@ -89,9 +89,11 @@ class Adaptivity {
     template <int Order>
     void measure_order(const Front& front, const ElementSet& elements, const PerVertex<Vec3>& x, double bracket_weight);
     template <int Order>
+    void group(const Front& front, const ElementSet& elements);
+    template <int Order>
     void recover(const Front& front, const ElementSet& elements);
-    template <int Order, class Strains>
-    [[nodiscard]] double indicator(const Front& front, TetId t, const Strains& own, double bracket_weight) const;
+    template <int Order, class Strains, class AtNode>
+    [[nodiscard]] double indicator(const Front& front, TetId t, const Strains& own, const AtNode& recovered, double bracket_weight) const;
     [[nodiscard]] bool in_valid_range(TetId t, const Vec6& strain) const;
 
     /// Recovered strain at a vertex, one for each class of stiffness around it.
@@ -116,6 +118,9 @@ class Adaptivity {
     PerTet<std::int16_t> kind_;                 // [T of the tree] class of stiffness
     PerVertex<std::int32_t> first_;             // [V of the tree] into recovered_, valid for the front's vertices
     std::vector<Recovered> recovered_;
+    std::vector<std::uint32_t> group_of_node_;  // [active][nodes] into recovered_
+    const Front* grouped_front_ = nullptr;      // that these are of
+    std::uint32_t grouped_epoch_ = 0;
     PerTet<std::uint64_t> rest_until_;          // [T of the tree] step before which the tet is not merged away
 };
 
