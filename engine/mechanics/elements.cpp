@@ -6,6 +6,7 @@
 #include "engine/base/parallel.hpp"
 #include "engine/mechanics/element.hpp"
 #include "engine/mechanics/gather.hpp"
+#include "engine/mechanics/nodal_forces.hpp"
 
 namespace tetfront {
 
@@ -42,7 +43,7 @@ void ElementSet::build(const Front& front, const TetMaterials& materials) {
     single_.clear();
     if (single) prepare_single();
     const auto n = static_cast<std::size_t>(nodes());
-    nodal_.resize(batches_.size() * n * 3 * pack_size);
+    nodal_.resize(batches_.size() * n * nodal_stride * pack_size);
     strains_.resize(batches_.size() * static_cast<std::size_t>(points()) * 6 * pack_size);
     energies_.assign(batches_.size() * pack_size, 0);
     motions_.assign(batches_.size() * pack_size, 0);
@@ -57,7 +58,7 @@ void ElementSet::build(const Front& front, const TetMaterials& materials) {
             const Batch& batch = batches_[e / pack_size];
             for (std::size_t i = 0; i < n; ++i) {
                 visit(static_cast<std::size_t>(slot_[VertexId(batch.node[i][e % pack_size])]),
-                      ((e / pack_size * n + i) * 3) * pack_size + e % pack_size);
+                      ((e / pack_size * n + i) * pack_size + e % pack_size) * nodal_stride);
             }
         }
     };
@@ -89,27 +90,25 @@ void ElementSet::pool_stiffness(const PooledPerTet<Sym6>& elasticity) {
 void ElementSet::accumulate(PerVertex<Vec3>& f) const {
     parallel_for(vertices_.size(), 512, [&](std::size_t begin, std::size_t end) {
         for (std::size_t s = begin; s < end; ++s) {
-            Vec3 sum = Vec3::Zero();
-            for (std::uint32_t n = incidence_begin_[s]; n < incidence_begin_[s + 1]; ++n) {
-                const double* p = &nodal_[incidence_[n]];
-                sum += Vec3(p[0], p[pack_size], p[2 * pack_size]);
-            }
-            f[vertices_[s]] = sum;
+            Vec4 sum = Vec4::Zero();
+            for (std::uint32_t n = incidence_begin_[s]; n < incidence_begin_[s + 1]; ++n) sum += Eigen::Map<const Vec4>(&nodal_[incidence_[n]]);
+            f[vertices_[s]] = sum.head<3>();
         }
     });
 }
 
-double ElementSet::energy() const {
-    double twice = 0;
-    for (double e : energies_) twice += e;
-    return twice / 2;
+namespace {
+/// In several partial sums, so that additions need not wait for each other. (Eigen's sums depend on where memory is aligned.)
+double sum_of_lanes(const std::vector<double>& values) {
+    std::array<Pack, 4> sums;
+    sums.fill(Pack(0));
+    for (std::size_t i = 0; i < values.size(); i += pack_size) sums[i / pack_size % sums.size()] += load(&values[i]);
+    return std::experimental::reduce((sums[0] + sums[1]) + (sums[2] + sums[3]));
 }
+}  // namespace
 
-double ElementSet::potential() const {
-    double twice = 0;
-    for (double m : motions_) twice += m;
-    return energy() + twice / 2;
-}
+double ElementSet::energy() const { return sum_of_lanes(energies_) / 2; }
+double ElementSet::potential() const { return energy() + sum_of_lanes(motions_) / 2; }
 
 int ElementSet::inverted() const {
     return static_cast<int>(std::count_if(orientation_.begin(), orientation_.begin() + static_cast<std::ptrdiff_t>(size()),

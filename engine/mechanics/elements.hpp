@@ -141,7 +141,7 @@ class ElementSet {
     std::vector<BatchStiffness> stiffness_;
     std::vector<SinglePair> single_;  // empty until single precision is asked for
     std::vector<SingleStiffness> single_stiffness_;
-    std::vector<double> nodal_;     // [batch][node][3][lane]
+    std::vector<double> nodal_;     // [batch][node][lane][nodal_stride]
     std::vector<double> strains_;   // [batch][point][6][lane]
     std::vector<double> energies_;  // [batch][lane] twice the energy
     std::vector<double> motions_;   // [batch][lane] twice what potential() adds to it
@@ -150,7 +150,7 @@ class ElementSet {
     std::vector<VertexId> vertices_;               // of the front
     PerVertex<std::int32_t> slot_;                 // [V of the tree] index into vertices_; only theirs are valid
     std::vector<std::uint32_t> incidence_begin_;   // [vertices+1]
-    std::vector<std::uint32_t> incidence_;         // offsets into nodal_ (x component)
+    std::vector<std::uint32_t> incidence_;         // offsets into nodal_
 };
 
 }  // namespace tetfront

@@ -237,7 +237,7 @@ void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
 
     if (e.inertia != nullptr || damped) motion += add_inertia<Order>(batch, e, xdot, nodal);
     store(motion, &motions_[b * pack_size]);
-    store_nodal(nodal, &nodal_[b * nodes * 3 * pack_size]);
+    store_nodal(nodal, &nodal_[b * nodes * nodal_stride * pack_size]);
 
     if (!e.tangent) return;
     tangent.prepare();

@@ -57,7 +57,7 @@ void ElementSet::evaluate_pair(std::size_t pair, const Evaluation& e) {
     for (std::size_t half = 0; half <= second - first; ++half) {
         if (damped) add_inertia<Order>(*batch[half], e, gather<O::nodes>(*e.velocity, batch[half]->node), nodal[half]);
         store(energies[half], &energies_[(first + half) * pack_size]);
-        store_nodal(nodal[half], &nodal_[(first + half) * O::nodes * 3 * pack_size]);
+        store_nodal(nodal[half], &nodal_[(first + half) * O::nodes * nodal_stride * pack_size]);
     }
 }
 

@@ -15,14 +15,29 @@
 
 namespace tetfront {
 
+/// The places of four vertices, component by component, by loading and transposing whole vectors: 12 single loads per node took
+/// longer than the arithmetic of a linear tet.
+inline V3<Pack> gather_node(const PerVertex<Vec3>& field, const std::int32_t (&node)[pack_size]) {
+    if constexpr (pack_size == 4) {
+        const __m256i three = _mm256_set_epi64x(0, -1, -1, -1);
+        const auto read = [&](std::size_t lane) { return _mm256_maskload_pd(field[VertexId(node[lane])].data(), three); };
+        const __m256d a = read(0), b = read(1), c = read(2), d = read(3);
+        const __m256d xz_ab = _mm256_unpacklo_pd(a, b), xz_cd = _mm256_unpacklo_pd(c, d);
+        const __m256d y_ab = _mm256_unpackhi_pd(a, b), y_cd = _mm256_unpackhi_pd(c, d);
+        return {Pack(_mm256_permute2f128_pd(xz_ab, xz_cd, 0x20)), Pack(_mm256_permute2f128_pd(y_ab, y_cd, 0x20)),
+                Pack(_mm256_permute2f128_pd(xz_ab, xz_cd, 0x31))};
+    } else {
+        V3<Pack> x;
+        for (int c = 0; c < 3; ++c)
+            x[static_cast<std::size_t>(c)] = Pack([&](auto lane) { return field[VertexId(node[static_cast<std::size_t>(lane)])][c]; });
+        return x;
+    }
+}
+
 template <int Nodes>
 std::array<V3<Pack>, Nodes> gather(const PerVertex<Vec3>& field, const std::int32_t (*node)[pack_size]) {
     std::array<V3<Pack>, Nodes> x;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(Nodes); ++i) {
-        const Vec3* lanes[pack_size];
-        for (std::size_t lane = 0; lane < pack_size; ++lane) lanes[lane] = &field[VertexId(node[i][lane])];
-        for (int c = 0; c < 3; ++c) x[i][static_cast<std::size_t>(c)] = Pack([&](auto lane) { return (*lanes[lane])[c]; });
-    }
+    for (std::size_t i = 0; i < static_cast<std::size_t>(Nodes); ++i) x[i] = gather_node(field, node[i]);
     return x;
 }
 

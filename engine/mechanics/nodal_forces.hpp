@@ -6,6 +6,8 @@
 
 #include <array>
 
+#include <immintrin.h>
+
 #include "engine/base/voigt.hpp"
 #include "engine/mechanics/element.hpp"
 
@@ -65,11 +67,27 @@ V6<T> strain_rate(const M3<T>& frame, const M3<T>& f_rate) {
     return result;
 }
 
-/// out: [node][3][lane]
+/// Of a nodal result in memory: x, y, z and a zero, so that one load reads it.
+inline constexpr std::size_t nodal_stride = 4;
+
+/// out: [node][lane][nodal_stride]
 template <std::size_t Nodes>
 void store_nodal(const std::array<V3<Pack>, Nodes>& nodal, double* out) {
-    for (std::size_t i = 0; i < Nodes; ++i)
-        for (std::size_t a = 0; a < 3; ++a) store(nodal[i][a], out + (3 * i + a) * pack_size);
+    for (const V3<Pack>& f : nodal) {
+        if constexpr (pack_size == 4) {
+            const auto x = static_cast<__m256d>(f[0]), y = static_cast<__m256d>(f[1]), z = static_cast<__m256d>(f[2]);
+            const __m256d xy_even = _mm256_unpacklo_pd(x, y), xy_odd = _mm256_unpackhi_pd(x, y);
+            const __m256d z_even = _mm256_unpacklo_pd(z, _mm256_setzero_pd()), z_odd = _mm256_unpackhi_pd(z, _mm256_setzero_pd());
+            _mm256_storeu_pd(out, _mm256_permute2f128_pd(xy_even, z_even, 0x20));
+            _mm256_storeu_pd(out + 4, _mm256_permute2f128_pd(xy_odd, z_odd, 0x20));
+            _mm256_storeu_pd(out + 8, _mm256_permute2f128_pd(xy_even, z_even, 0x31));
+            _mm256_storeu_pd(out + 12, _mm256_permute2f128_pd(xy_odd, z_odd, 0x31));
+        } else {
+            for (std::size_t lane = 0; lane < pack_size; ++lane)
+                for (std::size_t a = 0; a < nodal_stride; ++a) out[lane * nodal_stride + a] = a < 3 ? static_cast<double>(f[a][lane]) : 0;
+        }
+        out += pack_size * nodal_stride;
+    }
 }
 
 }  // namespace tetfront
