@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace tetfront {
 
@@ -28,8 +29,19 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
 void TimeStepper::build(const Front& front, const ElementSet& elements, const TetMaterials& materials,
                         const PerVertex<std::uint8_t>& pinned, Integrator integrator) {
     integrator_ = integrator;
-    implicit_.build(front, elements, materials, pinned);
-    if (integrator_ != Integrator::implicit) explicit_.build(front, materials, pinned);
+    built_for_.emplace(BuiltFor{front, elements, materials, pinned});
+    implicit_built_ = explicit_built_ = false;
+}
+
+Implicit& TimeStepper::built_implicit() {
+    if (!std::exchange(implicit_built_, true))
+        implicit_.build(built_for_->front, built_for_->elements, built_for_->materials, built_for_->pinned);
+    return implicit_;
+}
+
+Explicit& TimeStepper::built_explicit() {
+    if (!std::exchange(explicit_built_, true)) explicit_.build(built_for_->front, built_for_->materials, built_for_->pinned);
+    return explicit_;
 }
 
 void TimeStepper::save(const Front& front, const State& state) {
@@ -68,8 +80,8 @@ void TimeStepper::collect(const LoadsOfStep& loads, double time_step) {
     loads(loads_, time_step);
 }
 
-bool TimeStepper::prefers_explicit(double time_step) const {
-    const double substeps = explicit_.substeps(time_step);
+bool TimeStepper::prefers_explicit(double time_step) {
+    const double substeps = built_explicit().substeps(time_step);
     if (implicit_cost_ == 0 || substep_cost_ == 0 || substeps > most_substeps) return false;
     const double ratio = substeps * substep_cost_ / implicit_cost_;
     const bool cheaper = last_explicit_ ? ratio * hysteresis < 1 : ratio < hysteresis;
@@ -78,9 +90,10 @@ bool TimeStepper::prefers_explicit(double time_step) const {
 }
 
 bool TimeStepper::explicit_part(const Front& front, ElementSet& elements, State& state, double time_step, int parts, Advance& a) {
+    Explicit& integrator = built_explicit();
     const auto start = std::chrono::steady_clock::now();
     // Parts that failed at the stable substep take shorter ones.
-    const ExplicitReport one = explicit_.step(front, elements, state, loads_, time_step, parts);
+    const ExplicitReport one = integrator.step(front, elements, state, loads_, time_step, parts);
     const double ms = milliseconds_since(start);
     a.substeps += one.substeps;
     a.assemble_milliseconds += ms;
@@ -90,7 +103,7 @@ bool TimeStepper::explicit_part(const Front& front, ElementSet& elements, State&
 }
 
 bool TimeStepper::implicit_part(const Front& front, ElementSet& elements, State& state, const ImplicitSettings& settings, Advance& a) {
-    const ImplicitReport one = implicit_.step(front, elements, state, loads_, settings);
+    const ImplicitReport one = built_implicit().step(front, elements, state, loads_, settings);
     a.converged = a.converged && one.converged;
     a.rescued = a.rescued || one.rescued;
     a.newton_iterations += one.newton_iterations;
@@ -119,7 +132,7 @@ Advance TimeStepper::advance(const Front& front, ElementSet& elements, State& st
     save(front, state);
     Advance a;
     for (a.parts = 1; a.parts <= most_parts; a.parts *= 2) {
-        if (explicitly && explicit_.substeps(settings.time_step * a.parts) > most_substeps) {
+        if (explicitly && built_explicit().substeps(settings.time_step * a.parts) > most_substeps) {
             a.too_stiff = true;
             break;
         }

@@ -15,6 +15,7 @@
 // result, depend on the machine and on what else it does: name one of the two for runs that can be repeated.
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "engine/mechanics/explicit.hpp"
@@ -46,7 +47,8 @@ class TimeStepper {
  public:
     static constexpr double most_substeps = 20000;
 
-    /// materials: those that `elements` was built with. pinned: [V of the tree] nonzero: does not move.
+    /// materials: those that `elements` was built with. pinned: [V of the tree] nonzero: does not move. All but `materials` itself
+    /// have to stay until the next build: each integrator is set up when it is first needed.
     void build(const Front& front, const ElementSet& elements, const TetMaterials& materials, const PerVertex<std::uint8_t>& pinned,
                Integrator integrator = Integrator::implicit);
 
@@ -61,9 +63,12 @@ class TimeStepper {
                    const LoadsOfStep& loads);
 
     /// The next build has other materials, or another order.
-    void forget_materials() { explicit_.forget_materials(); }
+    void forget_materials() {
+        implicit_.forget_materials();
+        explicit_.forget_materials();
+    }
     /// What automatic does next.
-    [[nodiscard]] bool prefers_explicit(double time_step) const;
+    [[nodiscard]] bool prefers_explicit(double time_step);
 
  private:
     struct Saved {
@@ -76,7 +81,18 @@ class TimeStepper {
     bool explicit_part(const Front& front, ElementSet& elements, State& state, double time_step, int parts, Advance& a);
     bool implicit_part(const Front& front, ElementSet& elements, State& state, const ImplicitSettings& settings, Advance& a);
 
+    struct BuiltFor {
+        const Front& front;
+        const ElementSet& elements;
+        TetMaterials materials;
+        const PerVertex<std::uint8_t>& pinned;
+    };
+    Implicit& built_implicit();
+    Explicit& built_explicit();
+
     Integrator integrator_ = Integrator::implicit;
+    std::optional<BuiltFor> built_for_;
+    bool implicit_built_ = false, explicit_built_ = false;  // for it
     Implicit implicit_;
     Explicit explicit_;
     Loads loads_;
