@@ -108,12 +108,14 @@ void frequencies(Table& table) {
     std::vector<std::array<double, 3>> found;
     for (int level = 0; level < 2; ++level) {
         const TetTree tree(box_mesh({0, 0, 0}, {b.length, b.side, b.side}, {10, 1, 1}), level + 1);
-        const auto f = natural_frequencies(tree, level, Mass::consistent, false, 5, b.young, 0, density);
-        const std::string mesh = tets(2, std::size_t{60} << (3 * level));
-        const auto bound = level == 1 ? std::optional(0.01) : std::nullopt;
-        table.row("free beam 10x1x1, nu 0: first bending frequency [Hz], Timoshenko", mesh, theory[0], f[0], bound);
-        table.row("free beam: second bending frequency [Hz]", mesh, theory[1], f[2], bound);
-        table.row("free beam: first torsional frequency [Hz], Saint-Venant", mesh, torsion, f[4], bound);
+        for (const Mass mass : {Mass::consistent, Mass::children}) {
+            const auto f = natural_frequencies(tree, level, mass, false, 5, b.young, 0, density);
+            const std::string mesh = tets(2, std::size_t{60} << (3 * level)) + (mass == Mass::children ? ", lumped as in explicit steps" : "");
+            const auto bound = level == 1 ? std::optional(0.01) : std::nullopt;
+            table.row("free beam 10x1x1, nu 0: first bending frequency [Hz], Timoshenko", mesh, theory[0], f[0], bound);
+            table.row("free beam: second bending frequency [Hz]", mesh, theory[1], f[2], bound);
+            table.row("free beam: first torsional frequency [Hz], Saint-Venant", mesh, torsion, f[4], bound);
+        }
     }
 }
 
@@ -122,8 +124,9 @@ void motion(Table& table) {
         const Rotated worst = rotated_box(order);
         table.zero("box turned by any angle: largest nodal force over E L^2", order == 1 ? "linear" : "quadratic", worst.force, 1e-12);
     }
-    for (const std::string scheme : {"backward_euler", "midpoint", "bdf2"}) {
+    for (const std::string scheme : {"backward_euler", "midpoint", "bdf2", "explicit"}) {
         const bool conserves = scheme == "midpoint";
+        const bool symplectic = scheme == "explicit";  // of first order: its energy sways, and does not drift
         table.zero("free fall for 1 s, g 10: error [m], " + scheme, "96 quadratic", free_fall_error(scheme), conserves ? std::optional(1e-6) : std::nullopt);
         const Spin spin = spinning_box(scheme, 180);
         table.zero("spinning free box, 1 turn: angular momentum lost, " + scheme, "96 quadratic", spin.angular_momentum,
@@ -134,8 +137,8 @@ void motion(Table& table) {
             for (const double e : energy) worst = std::max(worst, std::abs(e - 1));
             const std::string at = ", 1/" + std::to_string(rate) + " s, " + scheme;
             table.zero("clamped beam swings undamped for 10 s: energy at the end over the start, less 1" + at, "96 quadratic", energy.back() - 1,
-                       conserves ? std::optional(0.01) : std::nullopt);
-            table.zero("the same, largest deviation" + at, "96 quadratic", worst, conserves ? std::optional(0.02) : std::nullopt);
+                       conserves || symplectic ? std::optional(0.01) : std::nullopt);
+            table.zero("the same, largest deviation" + at, "96 quadratic", worst, conserves ? std::optional(0.02) : symplectic ? std::optional(0.05) : std::nullopt);
         }
     }
 }
