@@ -133,9 +133,17 @@ V6<T> corotated_strain(const Svd3<T>& d) {
     return strain;
 }
 
-/// c strain, c as the 21 upper entries of a symmetric 6x6 (see Sym6).
-template <class T>
-V6<T> hooke(const std::array<T, 21>& c, const V6<T>& strain) {
+/// The 21 upper entries of a symmetric 6x6 (see Sym6) for each lane, read from memory where they are needed: copies of them
+/// would fill the registers.
+template <class P>
+struct StiffnessInMemory {
+    const typename P::value_type* first;  // [21][lane]
+    P operator[](std::size_t k) const { return load(first + k * P::size()); }
+};
+
+/// c strain, c as the 21 upper entries of a symmetric 6x6 (see Sym6). C: an array of T, or StiffnessInMemory.
+template <class C, class T>
+V6<T> hooke(const C& c, const V6<T>& strain) {
     V6<T> stress;
     for (int i = 0; i < 6; ++i) {
         T sum = c[Sym6::slot(i, 0)] * strain[0];
@@ -171,8 +179,8 @@ M3<T> piola_stress(const Svd3<T>& d, const V6<T>& stress) {
 
 /// Blocks A_kl = B(G_k)^T c B(G_l) of the rest-frame stiffness per volume, k, l = 1..3; block (k, l) at [k-1][l-1].
 /// B maps the displacement of corner k to Voigt strain.
-template <class T>
-std::array<std::array<M3<T>, 3>, 3> material_blocks(const std::array<T, 21>& c, const Gradients<T>& g) {
+template <class C, class T>
+std::array<std::array<M3<T>, 3>, 3> material_blocks(const C& c, const Gradients<T>& g) {
     // Rows of B(G)^T: displacement x touches strains xx, xz, xy; y: yy, yz, xy; z: zz, yz, xz.
     static constexpr int strain_of[3][3] = {{0, 4, 5}, {1, 3, 5}, {2, 3, 4}};
     static constexpr int gradient_of[3][3] = {{0, 2, 1}, {1, 2, 0}, {2, 1, 0}};

@@ -185,8 +185,7 @@ void ElementSet::evaluate_batch(std::size_t b, const Evaluation& e) {
     if (damped) xdot = gather<O::nodes>(*e.velocity, batch.node);
     Gradients<Pack> g;
     for (std::size_t m = 0; m < 9; ++m) g.m[m] = load(batch.gradient[m]);
-    std::array<Pack, 21> c;
-    for (std::size_t m = 0; m < 21; ++m) c[m] = load(stiffness_[batch.stiffness].c[m]);
+    const StiffnessInMemory<Pack> c{stiffness_[batch.stiffness].c[0]};
     const Pack volume = load(batch.volume), mass = load(batch.mass);
     const Pack mass_damping = load(batch.mass_damping), stiffness_damping = load(batch.stiffness_damping);
     const Pack stiffness_scale = Pack(e.stiffness_scale) + Pack(e.damping_scale) * stiffness_damping;

@@ -27,8 +27,7 @@ void ElementSet::evaluate_pair(std::size_t pair, const Evaluation& e) {
     if (damped) xdot = gather_single<O::nodes>(*e.velocity, batch[0]->node, batch[1]->node);
     Gradients<SinglePack> g;
     for (std::size_t m = 0; m < 9; ++m) g.m[m] = load(data.gradient[m]);
-    std::array<SinglePack, 21> c;
-    for (std::size_t m = 0; m < 21; ++m) c[m] = load(single_stiffness_[data.stiffness].c[m]);
+    const StiffnessInMemory<SinglePack> c{single_stiffness_[data.stiffness].c[0]};
     const SinglePack volume = load(data.volume), viscosity = load(data.stiffness_damping);
 
     std::array<std::array<V3<Pack>, O::nodes>, 2> nodal;

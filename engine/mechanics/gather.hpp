@@ -19,8 +19,10 @@ namespace tetfront {
 /// longer than the arithmetic of a linear tet.
 inline V3<Pack> gather_node(const PerVertex<Vec3>& field, const std::int32_t (&node)[pack_size]) {
     if constexpr (pack_size == 4) {
-        const __m256i three = _mm256_set_epi64x(0, -1, -1, -1);
-        const auto read = [&](std::size_t lane) { return _mm256_maskload_pd(field[VertexId(node[lane])].data(), three); };
+        const auto read = [&](std::size_t lane) {
+            const double* p = field[VertexId(node[lane])].data();
+            return _mm256_set_m128d(_mm_load_sd(p + 2), _mm_loadu_pd(p));
+        };
         const __m256d a = read(0), b = read(1), c = read(2), d = read(3);
         const __m256d xz_ab = _mm256_unpacklo_pd(a, b), xz_cd = _mm256_unpacklo_pd(c, d);
         const __m256d y_ab = _mm256_unpackhi_pd(a, b), y_cd = _mm256_unpackhi_pd(c, d);

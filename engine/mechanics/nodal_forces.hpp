@@ -5,6 +5,8 @@
 //     store_nodal(nodal, out);
 
 #include <array>
+#include <type_traits>
+#include <utility>
 
 #include <immintrin.h>
 
@@ -13,44 +15,41 @@
 
 namespace tetfront {
 
-/// Effective corners that the position of node i enters, with dN_i / dlambda_k: one for a corner, two for a midpoint.
-template <int Order>
-struct Contributions {
-    struct Term {
-        int corner;
-        double weight;
+namespace detail {
+/// sum_k dN_I / dlambda_k force_k at point Q, without the terms that are zero. Worked out by the compiler: as loops over a
+/// table it was a seventh of the time of a linear tet.
+template <int Order, int Q, int I, std::size_t... K>
+Pack node_force(const std::array<Pack, 4>& force, std::index_sequence<K...>) {
+    Pack sum(0);
+    const auto add = [&]<int k>(std::integral_constant<int, k>) {
+        constexpr double weight = shape_derivative<Order>(Q, k, I);
+        if constexpr (weight != 0) sum += Pack(weight) * force[static_cast<std::size_t>(k)];
     };
-    std::array<std::array<std::array<Term, 2>, ElementOrder<Order>::nodes>, ElementOrder<Order>::points> terms{};
-    std::array<int, ElementOrder<Order>::nodes> count{};
-
-    constexpr Contributions() {
-        for (int i = 0; i < ElementOrder<Order>::nodes; ++i) {
-            for (int q = 0; q < ElementOrder<Order>::points; ++q) {
-                int n = 0;
-                for (int k = 0; k < 4; ++k) {
-                    const double w = shape_derivative<Order>(q, k, i);
-                    if (w != 0) terms[static_cast<std::size_t>(q)][static_cast<std::size_t>(i)][static_cast<std::size_t>(n++)] = {k, w};
-                }
-                count[static_cast<std::size_t>(i)] = n;
-            }
-        }
+    (add(std::integral_constant<int, static_cast<int>(K)>{}), ...);
+    return sum;
+}
+template <int Order, int Q, std::size_t... I>
+void add_corner_forces_at(const M3<Pack>& corner, std::array<V3<Pack>, ElementOrder<Order>::nodes>& nodal, std::index_sequence<I...>) {
+    for (std::size_t a = 0; a < 3; ++a) {
+        const Pack* f = &corner.m[3 * a];
+        const std::array<Pack, 4> force = {-(f[0] + f[1] + f[2]), f[0], f[1], f[2]};
+        ((nodal[I][a] += node_force<Order, Q, static_cast<int>(I)>(force, std::make_index_sequence<4>{})), ...);
     }
-};
-template <int Order>
-inline constexpr Contributions<Order> contributions{};
+}
+}  // namespace detail
 
 /// Forces on the effective corners at point q, `corner` those on 1..3 as columns, moved to the nodes. They sum to zero.
 template <int Order>
 void add_corner_forces(int q, const M3<Pack>& corner, std::array<V3<Pack>, ElementOrder<Order>::nodes>& nodal) {
-    const auto& terms = contributions<Order>.terms[static_cast<std::size_t>(q)];
-    for (std::size_t a = 0; a < 3; ++a) {
-        const std::array<Pack, 4> force = {-(corner.m[3 * a] + corner.m[3 * a + 1] + corner.m[3 * a + 2]), corner.m[3 * a], corner.m[3 * a + 1],
-                                           corner.m[3 * a + 2]};
-        for (std::size_t i = 0; i < nodal.size(); ++i) {
-            for (int n = 0; n < contributions<Order>.count[i]; ++n) {
-                const auto& term = terms[i][static_cast<std::size_t>(n)];
-                nodal[i][a] += Pack(term.weight) * force[static_cast<std::size_t>(term.corner)];
-            }
+    constexpr std::make_index_sequence<ElementOrder<Order>::nodes> nodes{};
+    if constexpr (Order == 1) {
+        detail::add_corner_forces_at<1, 0>(corner, nodal, nodes);
+    } else {
+        switch (q) {
+            case 0: return detail::add_corner_forces_at<2, 0>(corner, nodal, nodes);
+            case 1: return detail::add_corner_forces_at<2, 1>(corner, nodal, nodes);
+            case 2: return detail::add_corner_forces_at<2, 2>(corner, nodal, nodes);
+            default: return detail::add_corner_forces_at<2, 3>(corner, nodal, nodes);
         }
     }
 }
