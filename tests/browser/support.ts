@@ -48,13 +48,14 @@ export interface OpenOptions {
   height?: number;
   dark?: boolean;
   quality?: "low" | "full"; // the software rasteriser takes several times as long for the full one
+  fragment?: string; // of the address: web/src/share.ts
 }
 
 /** Opens the page and waits for its first frame. `problems` collects console errors, which no story expects unless it says so. */
 export async function open(
   browser: Browser,
   url: string,
-  { width = 640, height = 360, dark = false, quality = "low" }: OpenOptions = {},
+  { width = 640, height = 360, dark = false, quality = "low", fragment = "" }: OpenOptions = {},
 ) {
   const page = await browser.newPage({ viewport: { width, height }, colorScheme: dark ? "dark" : "light" });
   const problems: string[] = [];
@@ -65,7 +66,7 @@ export async function open(
   page.on("request", (request) => {
     if (!request.url().startsWith(url)) problems.push(`asked for ${request.url()}`);
   });
-  await page.goto(`${url}?quality=${quality}`);
+  await page.goto(`${url}?quality=${quality}${fragment ? `#${fragment}` : ""}`);
   await shown(page);
   return { page, problems };
 }
