@@ -1,5 +1,6 @@
 import { readFileSync } from "node:fs";
-import { describe, expect, it } from "vitest";
+import { MeshoptDecoder } from "meshoptimizer/meshopt_decoder_reference.js";
+import { describe, expect, it, vi } from "vitest";
 
 import { inflate } from "../../web/src/inflate";
 import { ProtocolError } from "../../web/src/messages";
@@ -47,4 +48,13 @@ describe.each(["frame", "coloured_frame"])("a compressed %s", (name) => {
       }
     }
   });
+});
+
+it("says of whatever the codec throws that the frame is broken", () => {
+  const codec = vi.spyOn(MeshoptDecoder, "decodeVertexBuffer").mockImplementation(() => {
+    throw new RangeError("offset is out of bounds");
+  });
+  expect(() => inflate(read("compressed_frame_v1.bin"))).toThrow(ProtocolError);
+  codec.mockRestore();
+  inflate(read("compressed_frame_v1.bin"));
 });

@@ -1,9 +1,11 @@
 import { readFileSync } from "node:fs";
+import { MeshoptDecoder } from "meshoptimizer/meshopt_decoder_reference.js";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 
 import { backoff, Link, transferOf } from "../../web/src/link";
 import type { LinkEvent } from "../../web/src/link";
-import { frame, model, topology } from "./bytes";
+import { decodeBinary } from "../../web/src/protocol";
+import { frame, message, model, topology } from "./bytes";
 
 class FalseSocket {
   static all: FalseSocket[] = [];
@@ -166,6 +168,24 @@ describe("frames", () => {
     expect(events.at(-1)).toMatchObject({
       link: { status: "incompatible", reason: expect.stringMatching(/2 surface/) },
     });
+  });
+
+  it("are not unpacked when their counts are not their model's", () => {
+    const codec = vi.spyOn(MeshoptDecoder, "decodeVertexBuffer");
+    // All zeros is a stream that the codec takes, for eight vertices a byte.
+    const stream = new Uint8Array(1000);
+    stream[0] = 0xa0;
+    const lengths = Uint32Array.of(0, 0, 0, stream.length, 0);
+    const bomb = (surface: number) =>
+      message({ type: 5, epoch: 1, counts: [surface, 0, 0] }, new Float32Array(6), lengths, stream);
+    expect(decodeBinary(bomb(8000))).toMatchObject({ kind: "frame" });
+    expect(codec).toHaveBeenCalledTimes(1);
+    socket().receive(bomb(8000));
+    expect(codec).toHaveBeenCalledTimes(1);
+    expect(events.at(-1)).toMatchObject({
+      link: { status: "incompatible", reason: expect.stringMatching(/8000 surface .* not 3/) },
+    });
+    codec.mockRestore();
   });
 
   it("are transferred, not copied", () => {

@@ -19,7 +19,8 @@ const LONGEST_TAIL = 32; // bytes at the end of a stream
 
 const padded = (size: number): number => Math.ceil(size / 4) * 4;
 
-/** Bytes of a message of type 5 to those of type 3 or 4. Throws ProtocolError when anything does not fit. */
+/** Bytes of a message of type 5 to those of type 3 or 4, up to 64 times as many: the link compares its counts with the model's
+ * before. Throws ProtocolError when anything does not fit. */
 export function inflate(bytes: ArrayBuffer): ArrayBuffer {
   const view = new DataView(bytes);
   const surface = view.getUint32(12, true);
@@ -64,7 +65,11 @@ function unpackStream(stream: Uint8Array, count: number): Uint16Array {
   if (count === 0) return vertices;
   if (stream[0] !== CODEC_VERSION)
     throw new ProtocolError(`a compressed frame begins with the unknown byte ${stream[0]}`);
-  MeshoptDecoder.decodeVertexBuffer(new Uint8Array(vertices.buffer), count, VERTEX, stream);
+  try {
+    MeshoptDecoder.decodeVertexBuffer(new Uint8Array(vertices.buffer), count, VERTEX, stream);
+  } catch (error) {
+    throw new ProtocolError(`a compressed frame cannot be unpacked: ${String(error)}`);
+  }
   return vertices;
 }
 

@@ -6,7 +6,7 @@
 // model of another generation has passed since.
 
 import { encodeAcknowledgement, encodeCommand, parseText, ProtocolError, SUBPROTOCOL } from "./messages";
-import { decodeBinary } from "./protocol";
+import { decodeBinary, frameHead } from "./protocol";
 import type { Command, TextMessage } from "./messages";
 import type { BinaryMessage, Frame } from "./protocol";
 
@@ -98,7 +98,7 @@ export class Link {
   private receive(data: string | ArrayBuffer): void {
     try {
       if (typeof data === "string") this.receiveText(data);
-      else this.receiveBinary(decodeBinary(data));
+      else this.receiveBinary(data);
     } catch (error) {
       if (!(error instanceof ProtocolError)) throw error;
       this.giveUp(error.message);
@@ -115,10 +115,15 @@ export class Link {
     this.options.emit({ kind: "text", message });
   }
 
-  private receiveBinary(message: BinaryMessage): void {
+  private receiveBinary(bytes: ArrayBuffer): void {
+    // Before it is unpacked: a false count would be a reason to take memory for nothing.
+    const head = frameHead(bytes);
+    if (head) {
+      if (head.generation !== this.generation || head.epoch !== this.epoch) return;
+      this.check("frame", head.surface, head.front);
+    }
+    const message = decodeBinary(bytes);
     if (message.kind === "frame") {
-      if (message.generation !== this.generation || message.epoch !== this.epoch) return;
-      this.check("frame", message.surface.length / 3, message.front.length / 3);
       if (this.frame) ++this.dropped;
       this.frame = message;
       this.passFrame();

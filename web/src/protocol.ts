@@ -55,6 +55,21 @@ const FIELDS: readonly FieldColouring[] = ["displacement", "strain", "stress", "
 
 export type BinaryMessage = Model | Topology | Frame;
 
+/** What a frame says of itself before any of it is read or unpacked: to whom it belongs, and its counts. Null: it is none. */
+export function frameHead(
+  bytes: ArrayBuffer,
+): { generation: number; epoch: number; surface: number; front: number } | null {
+  if (bytes.byteLength < HEADER_BYTES) return null;
+  const view = new DataView(bytes);
+  if (![3, 4, 5].includes(view.getUint8(0)) || view.getUint8(1) !== 1) return null;
+  return {
+    generation: view.getUint16(2, true),
+    epoch: view.getUint32(4, true),
+    surface: view.getUint32(12, true),
+    front: view.getUint32(24, true),
+  };
+}
+
 /** Reads one binary message; the arrays are views into one buffer, `bytes` unless it is compressed. Throws ProtocolError when anything does not fit. */
 export function decodeBinary(bytes: ArrayBuffer): BinaryMessage {
   if (bytes.byteLength < HEADER_BYTES)
