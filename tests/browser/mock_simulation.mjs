@@ -116,7 +116,7 @@ export class MockSimulation {
   /** As a step that fails even when it is cut in pieces. */
   fail() {
     this.playing = false;
-    this.warning = "the simulation failed: 3 steps were rejected; reset to start again";
+    this.warning = "the simulation failed: 3 steps were rejected";
     this.tell(this.state());
   }
 

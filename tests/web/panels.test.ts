@@ -6,7 +6,7 @@ import { bindings, findBinding } from "../../web/src/keys";
 import { troubleOf } from "../../web/src/panels/banner";
 import { throttle } from "../../web/src/panels/dom";
 import type { SimulationState } from "../../web/src/messages";
-import { initialState, Store } from "../../web/src/store";
+import { initialState, Store, wantsReset } from "../../web/src/store";
 import type { CameraRig } from "../../web/src/viewer/camera";
 
 describe("numbers", () => {
@@ -102,6 +102,15 @@ describe("trouble", () => {
   it("tells the server's warning first, then a solver that did not converge", () => {
     expect(trouble({ warning: "diverged", converged: false })).toBe("diverged");
     expect(trouble({ warning: "", converged: false })).toMatch(/solver/);
+  });
+  it.each([
+    ["a simulation that failed", { warning: "failed", playing: false, converged: true }, true],
+    ["a step that was given up", { warning: "stands still", playing: true, converged: false }, true],
+    ["a step that was cut in pieces", { warning: "was cut in 4", playing: true, converged: true }, false],
+    ["a pause", { warning: "", playing: false, converged: true }, false],
+    ["no simulation", null, false],
+  ])("offers a reset or not: %s", (_, simulation, offered) => {
+    expect(wantsReset({ ...initialState, simulation: simulation as SimulationState | null })).toBe(offered);
   });
 });
 

@@ -2,6 +2,7 @@
 // trouble in the simulation. And the small pill beside the title that says the same in one word.
 
 import type { LinkState } from "../link";
+import { wantsReset } from "../store";
 import type { State, Store } from "../store";
 import { h } from "./dom";
 
@@ -47,13 +48,17 @@ export function banner(store: Store, actions: BannerActions): HTMLElement {
       }
     },
   );
-  store.watch(troubleOf, (text) => trouble.replaceChildren(...(text ? [troubleBanner(text, actions)] : [])));
+  const showTrouble = () => {
+    const text = troubleOf(store.get());
+    trouble.replaceChildren(...(text ? [troubleBanner(text, wantsReset(store.get()) ? actions.reset : null)] : []));
+  };
+  store.watch(troubleOf, showTrouble);
+  store.watch(wantsReset, showTrouble);
   return element;
 }
 
-/** Where the server says that only a reset helps, there is a button for it. */
-function troubleBanner(text: string, { reset }: BannerActions): HTMLElement {
-  const button = /\breset\b/.test(text) ? h("button", { type: "button", onclick: reset }, "Reset") : null;
+function troubleBanner(text: string, reset: (() => void) | null): HTMLElement {
+  const button = reset ? h("button", { type: "button", onclick: reset }, "Reset") : null;
   return h("div", { className: "card banner warning" }, h("span", {}, text), button);
 }
 
