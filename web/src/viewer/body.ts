@@ -104,7 +104,6 @@ export class Body {
   /** As the state says; by level while a field's values are not there yet. */
   colour(state: Readonly<State>, frame: Frame | null): void {
     if (!this.surface || !this.topology) return;
-    this.showSectionTets(state);
     const scale = scaleOf(state);
     const values = frame?.values?.field === state.colouring ? frame.values : null;
     if (scale && (values || !isField(state.colouring))) this.surface.colour({ scale, values });
