@@ -117,7 +117,7 @@ async function measure(detail: number): Promise<string> {
   return `| ${vertices.toLocaleString("en")} | ${cells.join(" | ")} | ${sum.toFixed(2)} | ${verdict} |`;
 }
 
-/** From the page's files being there to its first frame on the screen. */
+/** From the page being there, without its scripts and styles, to its first frame on the screen. */
 async function firstFrames(): Promise<string> {
   const browser = await launch();
   const server = await startMockServer({ detail: 5 });
@@ -130,7 +130,7 @@ async function firstFrames(): Promise<string> {
     times.push(
       await page.evaluate(() => {
         const [loading] = performance.getEntriesByType("navigation") as PerformanceNavigationTiming[];
-        return performance.now() - loading.domContentLoadedEventEnd;
+        return performance.now() - loading.responseEnd;
       }),
     );
     await page.close();
@@ -138,7 +138,7 @@ async function firstFrames(): Promise<string> {
   await browser.close();
   await server.close();
   const median = quantile(times, 0.5);
-  return `First frame of 4,098 vertices: ${Math.round(median)} ms after the page's files are there, on the loopback (median of ${times.length}; the slowest ${Math.round(
+  return `First frame of 4,098 vertices: ${Math.round(median)} ms after the page is there, its scripts not yet, on the loopback (median of ${times.length}; the slowest ${Math.round(
     Math.max(...times),
   )} ms). Wanted: below 1 s: ${median < 1000 ? "reached" : "missed"}.`;
 }
