@@ -6,6 +6,7 @@
 // The ball stands on the ground, sways while it plays and follows pulls. A pull refines the front near it, so that
 // topologies change while frames flow.
 
+import { EventEmitter, once } from "node:events";
 import { createReadStream, existsSync, statSync } from "node:fs";
 import { createServer } from "node:http";
 import { createRequire } from "node:module";
@@ -28,10 +29,12 @@ const POLICY =
   "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; font-src 'self'; connect-src 'self'; " +
   "worker-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/** options: port (0: any), detail (of the ball, 1..6), playing, building: milliseconds of false progress, token: that is asked for. */
+/** options: port (0: any), detail (of the ball, 1..6), playing, building: milliseconds of false progress, token: that is asked for,
+ * archive: bytes of a recording's pictures, of which no more than `hold` are sent until `held` emits "go". */
 export async function startMockServer(options = {}) {
   const simulation = new MockSimulation(greet, options);
-  const http = createServer((request, response) => serve(request, response, options.token));
+  const archive = { size: options.archive ?? 0, sent: 0, broken: 0, hold: Infinity, held: new EventEmitter() };
+  const http = createServer((request, response) => serve(request, response, options.token, archive));
   const sockets = new WebSocketServer({ server: http, path: "/ws", handleProtocols: () => "tetfront.v1" });
   sockets.on("connection", (socket, request) => {
     if (authorized(request, options.token)) void welcome(socket, simulation, options.building ?? 0);
@@ -44,6 +47,7 @@ export async function startMockServer(options = {}) {
     url: `http://127.0.0.1:${port}/`,
     port,
     simulation,
+    archive,
     /** Ends every connection at once, as a killed process does. */
     async close() {
       clearInterval(timer);
@@ -57,7 +61,7 @@ export async function startMockServer(options = {}) {
 const authorized = ({ headers }, token) =>
   !token || headers.authorization === `Bearer ${token}` || headers.cookie === `tetfront_token=${token}`;
 
-function serve(request, response, token) {
+function serve(request, response, token, archive) {
   const path = normalize(new URL(request.url, "http://x").pathname);
   if (path === "/session") {
     const good = authorized(request, token);
@@ -65,6 +69,8 @@ function serve(request, response, token) {
     response.writeHead(good ? 204 : 401, good ? cookie : {}).end();
   } else if (path.endsWith("/video.mp4")) {
     response.writeHead(422).end("there is no ffmpeg here; install it\n");
+  } else if (path.endsWith("/frames.zip") && archive.size > 0) {
+    void sendArchive(response, archive);
   } else if (path.startsWith("/recordings/")) {
     response.writeHead(200, { "content-type": "application/octet-stream" }).end(`recording ${path.slice(12)}`);
   } else if (path === "/thumbnails/mock.png") {
@@ -74,6 +80,22 @@ function serve(request, response, token) {
   } else {
     serveFile(path, response);
   }
+}
+
+/** Byte i of it is i / 65536, so that a piece that is lost or doubled is seen. */
+async function sendArchive(response, archive) {
+  response.on("close", () => !response.writableFinished && ++archive.broken);
+  response.writeHead(200, {
+    "content-type": "application/zip",
+    "content-disposition": "attachment; filename=mock.zip",
+  });
+  for (let sent = 0; sent < archive.size && !response.destroyed; archive.sent = sent) {
+    if (sent >= archive.hold) await Promise.race([once(archive.held, "go"), once(response, "close")]);
+    const part = Buffer.alloc(Math.min(65536, archive.size - sent), sent / 65536);
+    sent += part.length;
+    if (!response.write(part)) await Promise.race([once(response, "drain"), once(response, "close")]);
+  }
+  response.end();
 }
 
 function serveFile(path, response) {

@@ -99,6 +99,7 @@ describe("a recording", () => {
     const { frames, name } = (await state(page)).recording!;
     await page.click("[aria-controls=panel]");
     await page.click("text=Recordings …");
+    await page.evaluate(() => (window.showSaveFilePicker = undefined)); // save.story.ts has the other way
     const [download] = await Promise.all([page.waitForEvent("download"), page.click(".files >> text=Pictures")]);
     expect(download.suggestedFilename()).toBe(name.replace(/tfr$/, "zip"));
     const files = unzip(readFileSync(await download.path()));

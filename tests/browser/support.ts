@@ -162,13 +162,14 @@ export function difference(a: Pixels, b: Pixels): number {
   return different / (a.data.length / 4);
 }
 
-/** The page's heap [bytes] after a garbage collection, and what three.js counts of the graphics processor's memory. */
+/** The page's heap and the buffers outside of it [bytes] after a garbage collection, and what three.js counts of the graphics processor's memory. */
 export async function memoryOf(page: Page) {
   const session = await page.context().newCDPSession(page);
   await session.send("HeapProfiler.collectGarbage");
-  const { usedSize } = await session.send("Runtime.getHeapUsage");
+  const { usedSize, ...more } = await session.send("Runtime.getHeapUsage");
   await session.detach();
-  return { heap: usedSize, gpu: await page.evaluate(() => window.tetfront!.census()) };
+  const { backingStorageSize: buffers } = more as { backingStorageSize: number }; // newer than the types
+  return { heap: usedSize, buffers, gpu: await page.evaluate(() => window.tetfront!.census()) };
 }
 
 /** Leaves a picture beside the screenshots. */

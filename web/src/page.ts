@@ -37,8 +37,10 @@ export function buildPage(parts: PageParts): void {
   const actions = makeActions(store, send, viewer.rig, viewer.pins);
   const scenes = sceneSheet(store, request);
   const path = followCamera(store, viewer);
-  const recordings = recordingSheet(request, (name) =>
-    exportQuery(store.get(), viewer.framing, name, path.keyframes(name)),
+  const recordings = recordingSheet(
+    request,
+    (name) => exportQuery(store.get(), viewer.framing, name, path.keyframes(name)),
+    (message) => parts.toasts.show(message),
   );
   const plotCard = plots(store);
   const panel = h("aside", {

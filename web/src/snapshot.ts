@@ -77,32 +77,6 @@ export async function fetchSnapshot(query: string): Promise<Blob> {
   return answer.blob();
 }
 
-/** A file that the server makes while it sends it; `arrived` hears how many bytes there are so far. Throws an Error with one
- * readable line. */
-export async function fetchWhileMade(
-  url: string,
-  arrived: (bytes: number) => void,
-  signal: AbortSignal,
-): Promise<Blob> {
-  const answer = await fetch(url, { signal }).catch(() => null);
-  if (signal.aborted) throw new Error("cancelled");
-  if (!answer) throw new Error("the server did not answer");
-  if (!answer.ok || !answer.body)
-    throw new Error((await answer.text()).trim() || `the server answered ${answer.status}`);
-  const parts: Uint8Array<ArrayBuffer>[] = [];
-  let size = 0;
-  const reader = answer.body.getReader();
-  try {
-    for (let part = await reader.read(); !part.done; part = await reader.read()) {
-      parts.push(part.value);
-      arrived((size += part.value.length));
-    }
-  } catch {
-    throw new Error(signal.aborted ? "cancelled" : "the server stopped before the end; its log says why");
-  }
-  return new Blob(parts);
-}
-
 export function download(blob: Blob, name: string): void {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(blob);

@@ -3,7 +3,7 @@
 import { bytes } from "../format";
 import type { Answer, Command } from "../messages";
 import type { Store } from "../store";
-import { download, fetchWhileMade } from "../snapshot";
+import { saveWhileMade } from "../save";
 import { h, icon } from "./dom";
 
 type Request = (command: Command) => Promise<Answer | null>;
@@ -58,12 +58,20 @@ async function showOneByOne(pictures: readonly [HTMLImageElement, string][]): Pr
   }
 }
 
-/** query: what the pictures of the recording of this name show. */
-export function recordingSheet(request: Request, query: (name: string) => string): Sheet {
+/** query: what the pictures of the recording of this name show. failed: tells of trouble while the sheet is closed. */
+export function recordingSheet(
+  request: Request,
+  query: (name: string) => string,
+  failed: (message: string) => void,
+): Sheet {
   const body = h("ul", { className: "files" });
   const problem = h("li", { className: "note problem", attributes: { role: "alert" } }); // toasts lie behind the sheet
-  const exports = { query, failed: (message: string) => (problem.textContent = message) };
-  return sheet("Recordings", "recordings", body, async () => {
+  const exports: Exports = {
+    query,
+    failed: (message) => (element.open ? (problem.textContent = message) : failed(message)),
+    running: new Map(),
+  };
+  const { element, open } = sheet("Recordings", "recordings", body, async () => {
     body.replaceChildren(h("li", { className: "note" }, "Asking the server …"));
     const answer = await request({ command: "recordings" });
     const rows = (answer?.recordings ?? []).map(({ name, bytes: size }) => {
@@ -85,32 +93,39 @@ export function recordingSheet(request: Request, query: (name: string) => string
       h("li", { className: "note" }, "Pictures are drawn by the server as you see the object now, about ten a second."),
     );
   });
+  return { element, open };
 }
 
 interface Exports {
   query: (name: string) => string;
   failed: (message: string) => void;
+  /** Buttons of downloads that go on, by address: they outlive the sheet's closing, so that they can still be cancelled. */
+  running: Map<string, HTMLButtonElement>;
 }
 
 /** Downloads what the server makes meanwhile; a second click ends it. */
-function exportButton(label: string, name: string, url: string, { query, failed }: Exports): HTMLElement {
-  let running: AbortController | null = null;
+function exportButton(label: string, name: string, url: string, { query, failed, running }: Exports): HTMLElement {
+  const known = running.get(url);
+  if (known) return known;
+  let cancel: AbortController | null = null;
   const start = async () => {
-    running = new AbortController();
-    button.textContent = "Cancel · 0 MB";
+    cancel = new AbortController();
+    running.set(url, button);
+    const arrived = (size: number) => (button.textContent = `Cancel · ${bytes(size)}`);
+    arrived(0);
     try {
-      const arrived = (size: number) => (button.textContent = `Cancel · ${bytes(size)}`);
-      const blob = await fetchWhileMade(`${url}?${query(name)}`, arrived, running.signal);
-      download(blob, name.replace(/\.tfr$/, url.slice(url.lastIndexOf("."))));
+      const file = name.replace(/\.tfr$/, url.slice(url.lastIndexOf(".")));
+      await saveWhileMade(`${url}?${query(name)}`, file, arrived, cancel.signal);
     } catch (error) {
-      if (!running.signal.aborted) failed(`${label}: ${error instanceof Error ? error.message : String(error)}`);
+      failed(`${label}: ${error instanceof Error ? error.message : String(error)}`);
     }
-    running = null;
+    running.delete(url);
+    cancel = null;
     button.textContent = label;
   };
   const button = h(
     "button",
-    { type: "button", onclick: () => (running ? running.abort() : void start()), title: `${label} of ${name}` },
+    { type: "button", onclick: () => (cancel ? cancel.abort() : void start()), title: `${label} of ${name}` },
     label,
   );
   return button;
