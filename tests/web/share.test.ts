@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 
 import type { Hello, Settings, SimulationState } from "../../web/src/messages";
 import { fromFragment, toFragment } from "../../web/src/share";
-import { snapshotQuery } from "../../web/src/snapshot";
+import { isRecordingOf, snapshotQuery } from "../../web/src/snapshot";
 import { initialState } from "../../web/src/store";
 import type { State } from "../../web/src/store";
 
@@ -81,4 +81,15 @@ describe("a snapshot", () => {
     expect(half(view["field_of_view"] as number)).toBeCloseTo(half(60) * 0.8, 9);
     expect(view).toMatchObject({ cut: { point: [1, 2, 3], normal: [0, 0, 1] }, background: "light" });
   });
+});
+
+describe("a recording's scene", () => {
+  it.each([
+    ["box", "box-20260131-235959.tfr", true],
+    ["box", "box-2-20260131-235959.tfr", false], // of a scene that is called box-2
+    ["box-2", "box-2-20260131-235959.tfr", true],
+    ["box", "box-before-lunch.tfr", false],
+    ["two boxes", "two-boxes-20260131-235959.tfr", true],
+    ["a".repeat(60), `${"a".repeat(40)}-20260131-235959.tfr`, true],
+  ])("%s: %s %s", (scene, name, same) => expect(isRecordingOf(scene, name)).toBe(same));
 });

@@ -23,16 +23,15 @@ export function snapshotQuery(state: Readonly<State>, framing: Framing, transpar
 }
 
 /** The query of a recording's pictures and of its video. Colours are those that were recorded; the camera is the page's, moved as while
- * it recorded, when the name says that the recording is of the page's scene, and the scene's own otherwise. */
+ * it recorded, when the recording is of the page's scene, and the scene's own otherwise. */
 export function exportQuery(
   state: Readonly<State>,
   framing: Framing,
   name: string,
   path: readonly CameraKey[] = [],
 ): string {
-  const same = state.hello !== null && name.startsWith(`${state.hello.scene.name}-`);
   const background = state.dark ? "dark" : "light";
-  if (!same) return query(framing, { background });
+  if (!state.hello || !isRecordingOf(state.hello.scene.name, name)) return query(framing, { background });
   const short = (vector: Vec3) => vector.map((x) => Number(x.toPrecision(5)));
   const keyframes = path.map(({ time, eye, target }) => ({
     time: Number(time.toFixed(3)),
@@ -40,6 +39,12 @@ export function exportQuery(
     target: short(target),
   }));
   return query(framing, { ...viewOf(state, framing), background, ...(keyframes.length ? { keyframes } : {}) });
+}
+
+/** The server's list has names only. Those that it makes itself are SCENE-DATE-TIME, the scene's name as letters of a file's. */
+export function isRecordingOf(scene: string, name: string): boolean {
+  const letters = String.fromCharCode(...new TextEncoder().encode(scene).slice(0, 40)).replace(/[^\w.-]/g, "-");
+  return name.startsWith(letters) && /^-\d{8}-\d{6}(\.tfr)?$/.test(name.slice(letters.length));
 }
 
 function viewOf(state: Readonly<State>, { eye, target, covered, height, field_of_view }: Framing) {
