@@ -29,8 +29,27 @@ async function violations(page: Page): Promise<string[]> {
   return found.flatMap(({ id, nodes }) => nodes.map(({ target }) => `${id}: ${target.join(" ")}`));
 }
 
+/** Pairs of visible elements that lie over each other. */
+const overlapping = (page: Page, selectors: string[]): Promise<string[]> =>
+  page.evaluate((list) => {
+    const boxes = list
+      .map((selector) => ({ selector, box: document.querySelector(selector)!.getBoundingClientRect() }))
+      .filter(({ box }) => box.width > 0);
+    return boxes.flatMap((a, i) =>
+      boxes
+        .slice(i + 1)
+        .filter(
+          ({ box }) =>
+            a.box.left < box.right && box.left < a.box.right && a.box.top < box.bottom && box.top < a.box.bottom,
+        )
+        .map((b) => `${a.selector} ${b.selector}`),
+    );
+  }, selectors);
+
 describe.each([
   ["light", 1280, 720],
+  ["light", 1000, 700],
+  ["dark", 800, 600],
   ["dark", 1280, 720],
   ["light", 360, 640],
   ["dark", 360, 640],
@@ -57,6 +76,9 @@ describe.each([
       expect(box.x + box.width).toBeLessThanOrEqual(width);
       expect(box.y + box.height).toBeLessThanOrEqual(height);
     }
+    // The panel may lie over the picture's own cards in a narrow window, but these not over each other, nor over it in a wide one.
+    const alone = [".toolbar", ".legend", ".heading", ".corner", ...(width >= 720 ? ["#panel", "#plots"] : [])];
+    expect(await overlapping(page, alone)).toEqual([]);
     await page.keyboard.press("?");
     expect(await page.isVisible("dialog")).toBe(true);
     expect(await page.innerText("dialog")).toMatch(/Play or pause/);

@@ -80,6 +80,8 @@ describe("a snapshot", () => {
     const half = (degrees: number) => Math.tan((degrees * Math.PI) / 360);
     expect(half(view["field_of_view"] as number)).toBeCloseTo(half(60) * 0.8, 9);
     expect(view).toMatchObject({ cut: { point: [1, 2, 3], normal: [0, 0, 1] }, background: "light" });
+    const bare = new URLSearchParams(snapshotQuery({ ...asInTheScene, transparent: true }, framing));
+    expect(JSON.parse(bare.get("view") ?? "")).toMatchObject({ background: "transparent" });
   });
 });
 

@@ -6,7 +6,7 @@ import { bindings, listen } from "./keys";
 import type { Answer, Command } from "./messages";
 import { banner, pill } from "./panels/banner";
 import { byId, h, iconButton } from "./panels/dom";
-import { group } from "./panels/fields";
+import { group, toggle } from "./panels/fields";
 import { helpSheet } from "./panels/help";
 import { legend } from "./panels/legend";
 import { recordingSheet, sceneSheet } from "./panels/library";
@@ -48,7 +48,9 @@ export function buildPage(parts: PageParts): void {
     id: "panel",
     attributes: { "aria-label": "Numbers and settings" },
   });
-  const docks = docking(viewer, panel, plotCard);
+  const legendCard = legend(store, () => viewer.gridSpacing);
+  const bar = toolbar(store, actions, send, () => viewer.history.range);
+  const docks = docking(viewer, panel, plotCard, keepApart(legendCard, bar));
   const keep = {
     help: () => help.toggle(),
     plots: docks.plots.toggle,
@@ -81,8 +83,8 @@ export function buildPage(parts: PageParts): void {
     ),
     plotCard,
     panel,
-    legend(store, () => viewer.gridSpacing),
-    toolbar(store, actions, send, () => viewer.history.range),
+    legendCard,
+    bar,
   );
   document.body.append(help.element, scenes.element, recordings.element);
   store.watch(
@@ -107,16 +109,30 @@ function followCamera(store: Store, viewer: Viewer): CameraPath {
   return path;
 }
 
+const DOCK = 284; // [px] width of a dock with its margin
+
+/** The legend stands above the toolbar where both do not fit into a row. Returns what looks again, after the toolbar was moved. */
+function keepApart(legendCard: HTMLElement, bar: HTMLElement): () => void {
+  const look = () => {
+    const { right } = legendCard.getBoundingClientRect();
+    legendCard.classList.toggle("raised", bar.getBoundingClientRect().left < right + 8);
+  };
+  const observer = new ResizeObserver(look);
+  for (const element of [legendCard, bar]) observer.observe(element);
+  return look;
+}
+
 /** In a narrow window a dock is a sheet over the picture, one at a time; elsewhere the picture makes room for both. */
-function docking(viewer: Viewer, panel: HTMLElement, plotCard: HTMLElement) {
+function docking(viewer: Viewer, panel: HTMLElement, plotCard: HTMLElement, moved: () => void) {
   const isWide = () => innerWidth >= 720;
-  const cover = () =>
-    viewer.cover({
-      top: 58,
-      bottom: 66,
-      left: isWide() && !plotCard.hidden ? 284 : 0,
-      right: isWide() && !panel.hidden ? 284 : 0,
-    });
+  const cover = () => {
+    const left = isWide() && !plotCard.hidden ? DOCK : 0;
+    const right = isWide() && !panel.hidden ? DOCK : 0;
+    viewer.cover({ top: 58, bottom: 66, left, right });
+    // What is in the middle is in the middle of what is free.
+    document.documentElement.style.setProperty("--middle", `calc(50% + ${(left - right) / 2}px)`);
+    moved();
+  };
   const dock = (element: HTMLElement, other: HTMLElement, icon: "panel" | "plots", label: string, key: string) => {
     const toggle = () => show(element.hidden);
     const button = iconButton(icon, label, key, toggle);
@@ -160,8 +176,9 @@ function heading(store: Store, openScenes: () => void): HTMLElement {
 }
 
 function keeping(store: Store, snapshot: (source: "server" | "canvas") => void, recordings: () => void): HTMLElement {
-  const button = (text: string, onclick: () => void) => h("button", { type: "button", onclick }, text);
-  const list = button("Recordings …", recordings);
+  const button = (text: string, title: string, onclick: () => void) =>
+    h("button", { type: "button", title, onclick }, text);
+  const list = button("Recordings …", "Download what was recorded", recordings);
   store.watch(
     (s) => can(s, "record"),
     (able) => (list.hidden = !able),
@@ -172,9 +189,15 @@ function keeping(store: Store, snapshot: (source: "server" | "canvas") => void, 
     h(
       "div",
       { className: "row wrap" },
-      button("Picture", () => snapshot("server")),
-      button("Canvas", () => snapshot("canvas")),
+      button("Picture", "Drawn by the server, with its legend (S)", () => snapshot("server")),
+      button("Canvas", "As this page draws it, without a background (Shift S)", () => snapshot("canvas")),
       list,
+    ),
+    toggle(
+      store,
+      "Picture without background",
+      (s) => s.transparent,
+      (transparent) => store.set({ transparent }),
     ),
   );
 }

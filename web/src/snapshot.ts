@@ -17,8 +17,8 @@ export interface Framing {
 }
 
 /** The query of /snapshot.png. */
-export function snapshotQuery(state: Readonly<State>, framing: Framing, transparent = false): string {
-  const background = transparent ? "transparent" : state.dark ? "dark" : "light";
+export function snapshotQuery(state: Readonly<State>, framing: Framing): string {
+  const background = state.transparent ? "transparent" : state.dark ? "dark" : "light";
   return query(framing, { ...viewOf(state, framing), colouring: shownColouring(state), background });
 }
 

@@ -50,6 +50,7 @@ export interface State extends View {
   fieldRange: { field: FieldColouring; high: number } | null; // where the colours end
   selectedForce: number | null;
   scrub: number | null; // [s] simulated time of a past moment that is shown; null: live
+  transparent: boolean; // pictures that the server draws have no background
 }
 
 export const initialView: View = { colouring: "level", wireframe: false, shape: "surface", explode: 0, cut: null };
@@ -69,6 +70,7 @@ export const initialState: State = {
   fieldRange: null,
   selectedForce: null,
   scrub: null,
+  transparent: false,
 };
 
 export class Store {

@@ -72,8 +72,8 @@ function budgets(store: Store, send: Send): NumberField[] {
     enabled: edits,
   });
   return [
-    field("tets", "Budget of tetrahedra", "tets", 1, 2 ** 28),
-    field("milliseconds", "Budget of time", "ms/step", 0, 1e6),
+    field("tets", "Budget in tets", "tets", 1, 2 ** 28),
+    field("milliseconds", "Budget in time", "ms/step", 0, 1e6),
   ];
 }
 

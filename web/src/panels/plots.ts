@@ -108,6 +108,12 @@ function plotsFor(levels: number, phases: boolean, energy: boolean): Plot[] {
   return energy ? list : list.slice(0, -1);
 }
 
+/** What the axis of time shows [s]: two seconds at least. */
+function seconds(time: readonly number[]): [number, number] {
+  const start = time[0] ?? 0;
+  return [start, Math.max(time.at(-1) ?? 0, start + 2)];
+}
+
 function draw(parent: HTMLElement, plot: Plot, series: Series) {
   const style = getComputedStyle(document.documentElement);
   const soft = style.getPropertyValue("--soft").trim();
@@ -129,7 +135,7 @@ function draw(parent: HTMLElement, plot: Plot, series: Series) {
       cursor: { show: false },
       padding: [4, 4, 0, 0],
       scales: {
-        x: { time: false, range: (_, low, high) => [low ?? 0, Math.max(high ?? 0, (low ?? 0) + 2)] },
+        x: { time: false, range: () => seconds(series.time) }, // of a single moment uPlot would show 100 s
         y: { range: (_, low, high) => [Math.min(0, low ?? 0), 1.08 * Math.max(high ?? 0, 1e-9)] },
       },
       axes: [
