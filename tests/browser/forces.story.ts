@@ -11,7 +11,13 @@ let server: Awaited<ReturnType<typeof startMockServer>>;
 let page: Page;
 let problems: string[];
 let at: { x: number; y: number };
-const forces = () => server.simulation.forces as { force: number; value: number[] }[];
+interface Force {
+  force: number;
+  value: number[];
+  triangle: number;
+  barycentric: number[];
+}
+const forces = () => server.simulation.forces as Force[];
 
 beforeAll(async () => {
   browser = await launch();
@@ -62,6 +68,24 @@ describe("a force that stays", () => {
     expect(pulls()).toBe(0);
   });
 
+  it("is moved by its arrow's foot, and stays as large", async () => {
+    const [before] = forces();
+    const place = ({ triangle, barycentric }: typeof before) =>
+      server.simulation.at(server.simulation.shape.rest, { triangle, barycentric }) as number[];
+    // Somewhere between where it was put and where the object has been pushed to.
+    let foot = at;
+    for (let way = 0; way < 70; way += 4) {
+      foot = { x: at.x - way, y: at.y };
+      await page.mouse.move(foot.x, foot.y);
+      if (/over-arrow/.test((await page.getAttribute("#view", "class")) ?? "")) break;
+    }
+    await drag(foot, 0, 40);
+    const [after] = forces();
+    expect(after.value).toEqual(before.value);
+    expect(place(after)[2]).toBeLessThan(place(before)[2] - 0.05);
+    expect(forces().length).toBe(1);
+  });
+
   it("is typed in newtons", async () => {
     await page.click("[aria-controls=panel]");
     await page.fill("[aria-label='Force 1 in newtons']", "1000");
@@ -69,6 +93,13 @@ describe("a force that stays", () => {
     await page.waitForFunction(
       () => Math.abs(Math.hypot(...window.tetfront!.state().settings!.forces[0].value) - 1000) < 1,
     );
+    await page.fill("[aria-label='Force 1 along z in newtons']", "-250");
+    await page.keyboard.press("Enter");
+    await page.waitForFunction(() => window.tetfront!.state().settings!.forces[0].value[2] === -250);
+    await page.waitForFunction(
+      () => document.querySelector<HTMLInputElement>("[aria-label='Force 1 along z in newtons']")!.value === "-250",
+    );
+    await screenshot(page, "force_typed");
     await page.click("[aria-controls=panel]");
   });
 
@@ -79,6 +110,21 @@ describe("a force that stays", () => {
     await page.waitForTimeout(800);
     expect(largestMove(pushed, await positions(page))).toBeGreaterThan(0.005);
     expect(await page.isVisible("output.force")).toBe(false);
+  });
+
+  it("is made by a key where the pointer is, and in the middle without one", async () => {
+    await page.mouse.move(at.x, at.y);
+    await page.keyboard.press("n");
+    await page.waitForFunction(() => window.tetfront!.state().settings?.forces.length === 1);
+    expect(forces()[0].value[0]).toBeGreaterThan(0);
+    await page.mouse.move(20, 20); // on the page's title
+    await page.keyboard.press("n");
+    await page.waitForFunction(() => window.tetfront!.state().settings?.forces.length === 2);
+    await page.click("[aria-controls=panel]");
+    await page.click("[aria-label='Remove force 1']");
+    await page.click("[aria-label='Remove force 2']");
+    await page.waitForFunction(() => window.tetfront!.state().settings?.forces.length === 0);
+    await page.click("[aria-controls=panel]");
   });
 });
 

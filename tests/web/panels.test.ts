@@ -34,9 +34,9 @@ describe("keys", () => {
   const send = vi.fn();
   const rig = { goHome: vi.fn(), nudge: vi.fn() } as unknown as CameraRig;
   const store = new Store({ ...initialState });
-  const act = vi.fn();
+  const hands = { pin: vi.fn(), newForce: vi.fn() };
   const page = { help: vi.fn(), plots: vi.fn(), scenes: vi.fn(), snapshot: vi.fn() };
-  const table = bindings(makeActions(store, send, rig, { act }), page);
+  const table = bindings(makeActions(store, send, rig, hands), page);
   const press = (key: string, modifiers = {}) => {
     const none = { shiftKey: false, ctrlKey: false, metaKey: false, altKey: false };
     return findBinding(table, { key, ...none, ...modifiers });

@@ -5,7 +5,7 @@ import { COLOURINGS, isField } from "./scale";
 import { can, isPlaying, speedOf } from "./store";
 import type { State, Store } from "./store";
 import type { CameraRig } from "./viewer/camera";
-import type { PinHand } from "./viewer/pins";
+import type { Hands } from "./viewer/hands";
 
 /** Simulated seconds per real second that the toolbar offers. */
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4] as const;
@@ -26,6 +26,7 @@ export interface Actions {
   orbit(azimuth: number, polar: number): void;
   zoom(factor: number): void;
   pin(hold?: boolean): void;
+  newForce(): void;
   removeForce(): void;
   toggleRecording(): void;
   live(): void;
@@ -39,7 +40,7 @@ export function makeActions(
   store: Store,
   send: (command: Command) => void,
   rig: CameraRig,
-  pins: Pick<PinHand, "act">,
+  hands: Pick<Hands, "pin" | "newForce">,
 ): Actions {
   const speed = (value: number) => send({ command: "speed", value });
   return {
@@ -75,7 +76,8 @@ export function makeActions(
     home: () => rig.goHome(),
     orbit: (azimuth, polar) => rig.nudge(azimuth * ORBIT, polar * ORBIT),
     zoom: (factor) => rig.nudge(0, 0, factor),
-    pin: (hold) => pins.act(hold),
+    pin: (hold) => hands.pin(hold),
+    newForce: () => hands.newForce(),
     removeForce: () => {
       const { selectedForce: force } = store.get();
       if (force === null) return;

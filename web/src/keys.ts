@@ -35,6 +35,7 @@ export function bindings(actions: Actions, page: PageActions): Binding[] {
       what: "Let it go, also what the scene has pinned",
       run: () => actions.pin(false),
     },
+    { keys: ["n"], label: "N", what: "A new force on what is under the pointer", run: actions.newForce },
     { keys: ["delete", "backspace"], label: "Delete", what: "Remove the selected force", run: actions.removeForce },
     { keys: ["s"], label: "S", what: "Picture, drawn by the server", run: () => page.snapshot("server") },
     { keys: ["shift+s"], label: "Shift S", what: "Picture of this canvas", run: () => page.snapshot("canvas") },
@@ -60,7 +61,7 @@ const REPEATS = ["arrowleft", "arrowright", "arrowup", "arrowdown", "pageup", "p
 /** The hands' part of the help sheet. */
 export const GESTURES = [
   ["Drag the object", "Pull it"],
-  ["Shift-drag the object", "A force that stays; drag its arrow's head to change it"],
+  ["Shift-drag the object", "A force that stays; drag its arrow's head to change it, its foot to move it"],
   ["Drag beside it, or right drag", "Orbit"],
   ["Wheel, or two fingers", "Zoom"],
   ["Middle drag, or two fingers", "Move the view"],

@@ -211,7 +211,7 @@ export type Command =
   | { command: "colouring"; value: Colouring }
   | { command: "compression"; value: boolean } // of the frames to this page
   | ({ command: "force_add"; force: number; value: Vec3 } & SurfacePlace)
-  | { command: "force_move"; force: number; value: Vec3 }
+  | ({ command: "force_move"; force: number; value: Vec3 } & Partial<SurfacePlace>)
   | { command: "force_remove"; force: number }
   | ({ command: "pin" | "unpin"; radius: number } & SurfacePlace)
   | { command: "stiffness_scale"; value: number } // 0.01..100

@@ -34,7 +34,7 @@ export interface PageParts {
 
 export function buildPage(parts: PageParts): void {
   const { store, viewer, canvas, send, request } = parts;
-  const actions = makeActions(store, send, viewer.rig, viewer.pins);
+  const actions = makeActions(store, send, viewer.rig, viewer.hands);
   const scenes = sceneSheet(store, request);
   const path = followCamera(store, viewer);
   const recordings = recordingSheet(

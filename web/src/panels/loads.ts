@@ -1,4 +1,4 @@
-// Forces that stay and pins, as a list: each force's newtons can be typed, and it can be removed.
+// Forces that stay and pins, as a list: each force's newtons can be typed, in all or along each axis, and it can be removed.
 
 import { significant } from "../format";
 import type { Command, Force, Vec3 } from "../messages";
@@ -20,7 +20,7 @@ export function loads(store: Store, send: (command: Command) => void): HTMLEleme
       if (!list.contains(document.activeElement)) list.replaceChildren(...forces.map((force) => row(force)));
       hint.textContent =
         forces.length + held === 0
-          ? "Shift-drag the object for a force that stays; P pins what is under the pointer."
+          ? "Shift-drag the object, or press N over it, for a force that stays; P pins what is under the pointer."
           : held > 0
             ? `${held} ${held === 1 ? "place is" : "places are"} pinned; P there lets it go.`
             : "";
@@ -40,23 +40,35 @@ export function loads(store: Store, send: (command: Command) => void): HTMLEleme
   );
 
   function row(force: Force): HTMLElement {
+    const name = `Force ${force.force + 1}`;
     const size = Math.hypot(...force.value);
-    const input = h("input", {
-      type: "number",
-      step: "any",
-      min: "0",
-      max: "1e9",
-      value: significant(size).replace("−", "-"),
-      onchange: () => {
-        const wanted = Number(input.value);
-        input.blur();
-        if (!(wanted > 0) || size === 0) return;
-        const value = force.value.map((x) => (x * wanted) / size) as unknown as Vec3;
-        send({ command: "force_move", force: force.force, value });
-      },
-      onfocus: () => store.set({ selectedForce: force.force }),
-      attributes: { "aria-label": `Force ${force.force + 1} in newtons` },
+    const move = (value: Vec3) => send({ command: "force_move", force: force.force, value });
+    const field = (value: number, label: string, change: (typed: number) => void) => {
+      const input = h("input", {
+        type: "number",
+        step: "any",
+        min: "-1e9",
+        max: "1e9",
+        value: significant(value).replace("−", "-"),
+        onchange: () => {
+          const valid = input.value !== "" && input.reportValidity();
+          const typed = Number(input.value);
+          input.blur(); // the server's answer comes into the list, which stays while one types
+          if (valid) change(typed);
+        },
+        onfocus: () => store.set({ selectedForce: force.force }),
+        attributes: { "aria-label": label },
+      });
+      return input;
+    };
+    const whole = field(size, `${name} in newtons`, (typed) => {
+      if (typed > 0 && size > 0) move(force.value.map((x) => (x * typed) / size) as unknown as Vec3);
     });
+    const along = force.value.map((component, i) =>
+      field(component, `${name} along ${"xyz"[i]} in newtons`, (typed) =>
+        move(force.value.map((x, k) => (k === i ? typed : x)) as unknown as Vec3),
+      ),
+    );
     const remove = h(
       "button",
       {
@@ -69,10 +81,21 @@ export function loads(store: Store, send: (command: Command) => void): HTMLEleme
     );
     const item = h(
       "li",
-      { className: "row" },
-      `Force ${force.force + 1}`,
-      h("span", { className: "field" }, input, h("span", { className: "suffix" }, "N")),
-      remove,
+      {},
+      h(
+        "div",
+        { className: "row" },
+        name,
+        h("span", { className: "field" }, whole, h("span", { className: "suffix" }, "N")),
+        remove,
+      ),
+      h(
+        "div",
+        { className: "row three" },
+        ...along.map((input, i) =>
+          h("label", { className: "field" }, h("span", { className: "axis" }, "xyz"[i]), input),
+        ),
+      ),
     );
     item.dataset["force"] = String(force.force);
     return item;

@@ -71,10 +71,7 @@ function budgets(store: Store, send: Send): NumberField[] {
     change: change(key),
     enabled: edits,
   });
-  return [
-    field("tets", "Budget in tets", "tets", 1, 2 ** 28),
-    field("milliseconds", "Budget in time", "ms/step", 0, 1e6),
-  ];
+  return [field("tets", "Tet budget", "tets", 1, 2 ** 28), field("milliseconds", "Time budget", "ms/step", 0, 1e6)];
 }
 
 function order(store: Store, send: Send): HTMLElement {

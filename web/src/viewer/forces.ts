@@ -1,5 +1,5 @@
-// Forces that stay. Shift-drag on the object makes one, whose arrow is dragged by its head later on; the selected one is
-// removed by Delete. The numbers are the server's and shared by all viewers (message "settings").
+// Forces that stay. Shift-drag on the object makes one; later on its arrow's head is dragged to change it, its foot to move it
+// over the surface; the selected one is removed by Delete. The numbers are the server's and shared by all viewers (message "settings").
 
 import * as THREE from "three";
 
@@ -19,20 +19,24 @@ export interface ForceEvents {
   project: (point: THREE.Vector3) => [number, number];
 }
 
-const REACH = 16; // [px] around an arrow's head
+type Part = "head" | "foot";
+// [px] around them; less around a foot, as beside it one pulls the object.
+const REACH: Record<Part, number> = { head: 16, foot: 8 };
 const SLACK = 4; // [px]
 
 export class ForceHand {
   /** [N] of a force whose arrow is one metre long. */
   newtonsPerMetre = 1;
+  private radius = 1; // [m] of the object
   /** What is being dragged, ahead of the server. */
   held: Force | null = null;
   private isNew = false;
+  private part: Part = "head"; // that is dragged
   private pointer = -1;
   private start: [number, number] = [0, 0];
   private at = new THREE.Vector3();
   private plane = new THREE.Plane();
-  private sent: Vec3 | null = null;
+  private sent: Force | null = null;
 
   constructor(
     private readonly element: HTMLElement,
@@ -49,6 +53,7 @@ export class ForceHand {
   /** A good scale: an arrow as long as the object's radius strains a block of that size by a tenth. */
   scale(youngLow: number, radius: number): void {
     this.newtonsPerMetre = 0.1 * youngLow * radius;
+    this.radius = radius;
   }
 
   tip(at: Vec3, value: Vec3): Vec3 {
@@ -57,9 +62,20 @@ export class ForceHand {
 
   /** At most one command for each redraw. */
   tick(): void {
-    if (!this.held || this.sent === this.held.value || (this.isNew && !this.sent)) return;
-    this.sent = this.held.value;
-    this.events.send({ command: "force_move", force: this.held.force, value: this.held.value });
+    if (!this.held || this.sent === this.held || (this.isNew && !this.sent)) return;
+    this.sent = this.held;
+    this.events.send({ command: "force_move", ...this.held });
+  }
+
+  /** A force without a drag: on what a ray hits, to the right, as long as it is well seen. */
+  add(ray: THREE.Ray): void {
+    const hit = this.events.enabled() ? this.events.pick(ray) : null;
+    if (!hit) return;
+    const right = new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0);
+    const value = right.multiplyScalar(0.4 * this.radius * this.newtonsPerMetre).toArray() as unknown as Vec3;
+    const force = this.nextNumber();
+    this.events.send({ command: "force_add", force, triangle: hit.triangle, barycentric: hit.barycentric, value });
+    this.events.select(force);
   }
 
   drop(): void {
@@ -71,7 +87,7 @@ export class ForceHand {
 
   private down(event: PointerEvent): void {
     if (event.target !== this.element || event.button !== 0 || this.held || !this.events.enabled()) return;
-    const known = this.headUnder(event);
+    const known = this.partUnder(event);
     const hit = known ? null : event.shiftKey ? this.events.pick(this.events.ray(event)) : null;
     if (!known && !hit) {
       this.events.select(null);
@@ -83,7 +99,8 @@ export class ForceHand {
     this.pointer = event.pointerId;
     this.start = [event.clientX, event.clientY];
     this.isNew = known === null;
-    this.sent = known?.force.value ?? null;
+    this.part = known?.part ?? "head";
+    this.sent = known?.force ?? null;
     const normal = this.camera.getWorldDirection(new THREE.Vector3());
     if (known) {
       this.held = known.force;
@@ -95,8 +112,7 @@ export class ForceHand {
     } else if (hit) {
       this.at.fromArray(hit.point);
       this.plane.setFromNormalAndCoplanarPoint(normal, this.at);
-      const force = 1 + Math.max(-1, ...this.events.forces().map((f) => f.force.force));
-      this.held = { force, triangle: hit.triangle, barycentric: hit.barycentric, value: [0, 0, 0] };
+      this.held = { force: this.nextNumber(), triangle: hit.triangle, barycentric: hit.barycentric, value: [0, 0, 0] };
     }
     if (this.held) this.events.select(this.held.force);
     this.events.changed();
@@ -105,7 +121,13 @@ export class ForceHand {
   private move(event: PointerEvent): void {
     if (!this.held || event.pointerId !== this.pointer) {
       if (!this.held && event.buttons === 0)
-        this.element.classList.toggle("over-arrow", this.headUnder(event) !== null);
+        this.element.classList.toggle("over-arrow", this.partUnder(event) !== null);
+      return;
+    }
+    if (this.part === "foot") {
+      const hit = this.events.pick(this.events.ray(event));
+      if (hit) this.held = { ...this.held, triangle: hit.triangle, barycentric: hit.barycentric };
+      this.events.changed();
       return;
     }
     if (!this.sent && Math.hypot(event.clientX - this.start[0], event.clientY - this.start[1]) < SLACK) return;
@@ -114,7 +136,7 @@ export class ForceHand {
     const value = tip.sub(this.at).multiplyScalar(this.newtonsPerMetre).toArray() as unknown as Vec3;
     this.held = { ...this.held, value };
     if (this.isNew && !this.sent) {
-      this.sent = value;
+      this.sent = this.held;
       this.events.send({ command: "force_add", ...this.held });
     }
     this.events.changed();
@@ -127,18 +149,25 @@ export class ForceHand {
     this.drop();
   }
 
-  private headUnder(event: MouseEvent): { force: Force; at: Vec3 } | null {
+  /** The nearest end of an arrow. */
+  private partUnder(event: MouseEvent): { force: Force; at: Vec3; part: Part } | null {
     const box = this.element.getBoundingClientRect();
     const [x, y] = [event.clientX - box.left, event.clientY - box.top];
-    let best: { force: Force; at: Vec3 } | null = null;
-    let nearest = REACH;
-    for (const candidate of this.events.forces()) {
-      const [px, py] = this.events.project(
-        new THREE.Vector3().fromArray(this.tip(candidate.at, candidate.force.value)),
-      );
-      const away = Math.hypot(px - x, py - y);
-      if (away < nearest) [best, nearest] = [candidate, away];
-    }
+    let best: ReturnType<ForceHand["partUnder"]> = null;
+    let nearest = Infinity;
+    for (const { force, at } of this.events.forces())
+      for (const [part, end] of [
+        ["head", this.tip(at, force.value)],
+        ["foot", at],
+      ] as const) {
+        const [px, py] = this.events.project(new THREE.Vector3().fromArray(end));
+        const away = Math.hypot(px - x, py - y);
+        if (away < REACH[part] && away < nearest) [best, nearest] = [{ force, at, part }, away];
+      }
     return best;
+  }
+
+  private nextNumber(): number {
+    return 1 + Math.max(-1, ...this.events.forces().map(({ force }) => force.force));
   }
 }

@@ -1,4 +1,4 @@
-// P: what is under the pointer stays where it is, or becomes free again. Without a pointer over the picture, its middle.
+// P: what is under the pointer stays where it is, or becomes free again.
 
 import type * as THREE from "three";
 
@@ -9,7 +9,6 @@ import type { Hit } from "./pick";
 
 export interface PinEvents {
   pick: (ray: THREE.Ray) => Hit | null;
-  ray: (event: MouseEvent) => THREE.Ray;
   send: (command: Command) => void;
   /** Where a pin's point is now [m]. */
   place: (pin: Pin) => Vec3;
@@ -18,31 +17,21 @@ export interface PinEvents {
 export class PinHand {
   /** [m] around the point, in the shape at rest. */
   radius = 0.1;
-  private last: PointerEvent | null = null;
 
   constructor(
-    private readonly element: HTMLElement,
     private readonly store: Store,
     private readonly events: PinEvents,
-  ) {
-    element.addEventListener("pointermove", (event) => (this.last = event));
-    element.addEventListener("pointerleave", () => (this.last = null));
-  }
+  ) {}
 
   /** `pin`: true to hold, false to free, undefined for the other of what was said of this place last. */
-  act(pin?: boolean): void {
+  act(ray: THREE.Ray, pin?: boolean): void {
     if (!can(this.store.get(), "edit")) return;
-    const hit = this.events.pick(this.events.ray(this.last ?? this.middle()));
+    const hit = this.events.pick(ray);
     if (!hit) return;
     const { triangle, barycentric } = hit;
     const away = (other: Pin) => Math.hypot(...this.events.place(other).map((x, i) => x - hit.point[i]));
     const hold = pin ?? !isHeld(this.store.get().settings?.pins ?? [], away);
     this.events.send({ command: hold ? "pin" : "unpin", triangle, barycentric, radius: this.radius });
-  }
-
-  private middle(): MouseEvent {
-    const { left, top, width, height } = this.element.getBoundingClientRect();
-    return new MouseEvent("pointermove", { clientX: left + width / 2, clientY: top + height / 2 });
   }
 }
 

@@ -6,25 +6,22 @@ import type { Command, Hello, Vec3 } from "../messages";
 import type { BinaryMessage, Frame, Topology } from "../protocol";
 import { isField, RangeFollower } from "../scale";
 import type { Framing } from "../snapshot";
-import { can, isOpen } from "../store";
 import type { Store } from "../store";
-import { annotations, forcesOf } from "./annotations";
+import { annotations } from "./annotations";
 import { Bands } from "./bands";
 import { Body } from "./body";
 import { CameraRig } from "./camera";
 import type { Covered } from "./camera";
-import { ForceHand } from "./forces";
+import { Hands } from "./hands";
 import { History } from "./history";
 import { Motion } from "./motion";
 import { pick } from "./pick";
 import type { Hit } from "./pick";
-import { PinHand } from "./pins";
-import { PullHand } from "./pull";
 import { Stage } from "./stage";
 
 export class Viewer {
   readonly rig: CameraRig;
-  readonly pins: PinHand;
+  readonly hands: Hands;
   /** The last seconds. */
   readonly history = new History();
   /** Redraws since the page was loaded. */
@@ -36,8 +33,6 @@ export class Viewer {
   private readonly stage = new Stage();
   private readonly body = new Body();
   private readonly bands: Bands;
-  private readonly pull: PullHand;
-  private readonly forces: ForceHand;
   private readonly motion = new Motion();
   private readonly ranges = new RangeFollower();
   private topology: Topology | null = null; // of the newest frame
@@ -62,29 +57,8 @@ export class Viewer {
     this.renderer.shadowMap.autoUpdate = false;
     this.rig = new CameraRig(canvas, () => this.invalidate());
     this.bands = new Bands(labels);
-    const hands = {
-      pick: (ray: THREE.Ray) => this.pick(ray),
-      ray: (event: MouseEvent) => this.rig.ray(event),
-      send,
-      changed: () => this.invalidate(),
-    };
-    // The force hand first: an arrow's head lies over the object.
-    this.forces = new ForceHand(canvas, this.rig.camera, {
-      ...hands,
-      enabled: () => can(store.get(), "edit") && store.get().scrub === null,
-      select: (selectedForce) => store.set({ selectedForce }),
-      forces: () => forcesOf(store.get(), this.body.surface, this.forces),
-      project: (point) => this.rig.project(point),
-    });
-    this.pull = new PullHand(canvas, this.rig.camera, {
-      ...hands,
-      enabled: () => isOpen(store.get()) && store.get().scrub === null,
-      focus: (point) => (point ? this.rig.focus(point) : this.rig.goHome()),
-    });
-    this.pins = new PinHand(canvas, store, {
-      ...hands,
-      place: (pin) => this.body.point(pin),
-    });
+    const events = { pick: (ray: THREE.Ray) => this.pick(ray), send, changed: () => this.invalidate() };
+    this.hands = new Hands(canvas, this.rig, store, this.body, events);
     this.scene.add(this.stage.object, this.body.object, this.bands.object);
     this.follow();
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -146,8 +120,7 @@ export class Viewer {
 
   /** The connection is gone: a pull cannot go on, the last picture stays. */
   interrupted(): void {
-    this.pull.drop();
-    this.forces.drop();
+    this.hands.drop();
   }
 
   invalidate(): void {
@@ -240,8 +213,7 @@ export class Viewer {
     this.place = place;
     this.stage.fit(box, hello.up, view.eye);
     const radius = Math.max(1e-9, 0.5 * Math.hypot(box[3] - box[0], box[4] - box[1], box[5] - box[2]));
-    this.forces.scale(hello.young_range[0], radius);
-    this.pins.radius = 0.15 * radius;
+    this.hands.scale(hello);
     const { eye, target, field_of_view: fieldOfView } = view;
     this.rig.setHome({ eye, target, fieldOfView, up: hello.up, radius });
   }
@@ -271,8 +243,7 @@ export class Viewer {
   }
 
   private tick(now: number): void {
-    this.pull.tick(now);
-    this.forces.tick();
+    this.hands.tick(now);
     this.rig.tick(now);
     const moved = this.motion.moving;
     if (!moved && !this.dirty) return;
@@ -284,7 +255,13 @@ export class Viewer {
       if (this.costs.length > 240) this.costs.shift();
       this.renderer.shadowMap.needsUpdate = true;
     }
-    const bands = annotations(this.store.get(), this.motion.frame, this.body.surface, this.pull.grip, this.forces);
+    const bands = annotations(
+      this.store.get(),
+      this.motion.frame,
+      this.body.surface,
+      this.hands.pull.grip,
+      this.hands.forces,
+    );
     this.bands.update(bands, this.rig, this.canvas.clientWidth, this.canvas.clientHeight);
     this.renderer.render(this.scene, this.rig.camera);
     ++this.redraws;
