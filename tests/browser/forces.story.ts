@@ -4,7 +4,7 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 
 import { startMockServer } from "./mock_server.mjs";
-import { largestMove, launch, open, pointOnObject, positions, screenshot, state } from "./support";
+import { difference, largestMove, launch, middle, open, pointOnObject, positions, screenshot, state } from "./support";
 
 let browser: Browser;
 let server: Awaited<ReturnType<typeof startMockServer>>;
@@ -125,6 +125,20 @@ describe("a force that stays", () => {
     await page.click("[aria-label='Remove force 2']");
     await page.waitForFunction(() => window.tetfront!.state().settings?.forces.length === 0);
     await page.click("[aria-controls=panel]");
+  });
+});
+
+describe("a force of the scene", () => {
+  it("is an arrow with its newtons for as long as it acts, and is nobody's to select", async () => {
+    expect(await page.isVisible("output.force")).toBe(false);
+    const bare = await middle(page);
+    server.simulation.sceneForces = [{ at: [0.2, -0.46, 0.5], value: [-3e3, 0, 4e3] }];
+    await page.waitForSelector("output.force:not([hidden])");
+    expect(await page.innerText("output.force:not([hidden])")).toBe("5 kN");
+    expect(difference(bare, await middle(page, "force_of_scene"))).toBeGreaterThan(0.002);
+    server.simulation.sceneForces = [];
+    await page.waitForSelector("output.force:not([hidden])", { state: "detached" });
+    expect((await state(page)).settings?.forces).toEqual([]);
   });
 });
 

@@ -26,6 +26,7 @@ export class MockSimulation {
   budget = { tets: null, milliseconds: null };
   forces = []; // as in "settings"
   pins = [];
+  sceneForces = []; // as in "state"
   recording = null; // { name, frames }
   recordings = [];
   scene = SCENES[0];
@@ -88,6 +89,7 @@ export class MockSimulation {
       converged: true,
       viewers: this.viewers.size,
       warning: this.warning,
+      forces: this.sceneForces,
     };
   }
 

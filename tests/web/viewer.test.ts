@@ -5,12 +5,29 @@ import type { Frame } from "../../web/src/protocol";
 import { Motion } from "../../web/src/viewer/motion";
 import { computeNormals } from "../../web/src/viewer/normals";
 import { pick, surfacePoint } from "../../web/src/viewer/pick";
+import { SceneForces } from "../../web/src/viewer/scene_forces";
 import { niceStep } from "../../web/src/viewer/stage";
 import { frame } from "./bytes";
 
 // A tetrahedron with outward faces.
 const corners = Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1);
 const faces = Uint32Array.of(0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3);
+
+describe("a scene's force", () => {
+  it("goes along with the nearest vertex until the server says where it is", () => {
+    const forces = new SceneForces();
+    forces.set([{ at: [1.25, 0, 0], value: [0, 0, 5] }], corners);
+    expect(forces.at(corners)).toEqual([{ at: [1.25, 0, 0], value: [0, 0, 5] }]);
+    const moved = corners.slice();
+    moved[4] += 2; // y of the vertex at (1 0 0)
+    expect(forces.at(moved)).toEqual([{ at: [1.25, 2, 0], value: [0, 0, 5] }]);
+    forces.set([{ at: [1, 2.5, 0], value: [0, 0, 6] }], moved);
+    expect(forces.at(moved)).toEqual([{ at: [1, 2.5, 0], value: [0, 0, 6] }]);
+    expect(forces.at(new Float32Array(3))).toEqual([]); // of a smaller surface, before its own state comes
+    forces.set([], moved);
+    expect(forces.at(moved)).toEqual([]);
+  });
+});
 
 describe("computeNormals", () => {
   it("gives unit vectors, weighted by area, and 0 where there is no triangle", () => {

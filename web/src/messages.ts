@@ -73,6 +73,12 @@ export interface SimulationState {
   converged: boolean;
   viewers: number;
   warning: string; // "" or one line
+  forces?: readonly SceneForce[]; // of the scene, that act now
+}
+
+export interface SceneForce {
+  at: Vec3; // [m] middle of where it acts, now
+  value: Vec3; // [N] in total
 }
 
 /** A point of the surface. */

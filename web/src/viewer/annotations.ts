@@ -7,6 +7,7 @@ import type { Band } from "./bands";
 import type { ForceHand } from "./forces";
 import { surfacePoint } from "./pick";
 import type { Grip } from "./pull";
+import type { SceneForces } from "./scene_forces";
 import type { SurfaceMesh } from "./surface";
 
 /** All forces, the one that is held as the hand has it, each with its place on the surface now. */
@@ -33,9 +34,14 @@ export function annotations(
   surface: SurfaceMesh | null,
   grip: Grip | null,
   hand: ForceHand,
+  scene: SceneForces,
 ): Band[] {
   if (!surface) return [];
   const bands = pulls(frame, surface, grip);
+  // Of the past it is not known which of the scene's forces acted.
+  if (state.scrub === null)
+    for (const { at, value } of scene.at(surface.positions))
+      bands.push({ from: at, to: hand.tip(at, value), force: Math.hypot(...value), kind: "force" });
   for (const { force, at } of forcesOf(state, surface, hand)) {
     const kind = force.force === state.selectedForce ? "selected" : "force";
     bands.push({ from: at, to: hand.tip(at, force.value), force: Math.hypot(...force.value), kind });

@@ -17,6 +17,7 @@ import { History } from "./history";
 import { Motion } from "./motion";
 import { pick } from "./pick";
 import type { Hit } from "./pick";
+import { SceneForces } from "./scene_forces";
 import { Stage } from "./stage";
 
 export class Viewer {
@@ -33,6 +34,7 @@ export class Viewer {
   private readonly stage = new Stage();
   private readonly body = new Body();
   private readonly bands: Bands;
+  private readonly sceneForces = new SceneForces();
   private readonly motion = new Motion();
   private readonly ranges = new RangeFollower();
   private topology: Topology | null = null; // of the newest frame
@@ -143,6 +145,13 @@ export class Viewer {
         (s) => s[part],
         () => this.showView(true),
       );
+    store.watch(
+      (s) => s.simulation?.forces,
+      (forces) => {
+        this.sceneForces.set((this.motion.frame && forces) ?? [], this.positions ?? new Float32Array(0));
+        this.invalidate();
+      },
+    );
     store.watch(
       (s) => s.scrub,
       (time) => this.scrub(time),
@@ -261,6 +270,7 @@ export class Viewer {
       this.body.surface,
       this.hands.pull.grip,
       this.hands.forces,
+      this.sceneForces,
     );
     this.bands.update(bands, this.rig, this.canvas.clientWidth, this.canvas.clientHeight);
     this.renderer.render(this.scene, this.rig.camera);
