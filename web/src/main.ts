@@ -39,8 +39,11 @@ const canvas = byId<HTMLCanvasElement>("view");
 let connection: Connection | undefined;
 const send = (command: Command): void => connection?.send(command);
 
+// Begun before the picture: both take a while, side by side.
+const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module", name: "tetfront socket" });
 const viewer = tryViewer();
 if (viewer) start(viewer);
+else worker.terminate();
 
 /** Null, and a message in the middle of the page, when the browser has no WebGL 2. */
 function tryViewer(): Viewer | null {
@@ -56,7 +59,6 @@ function tryViewer(): Viewer | null {
 }
 
 function start(viewer: Viewer): void {
-  const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module", name: "tetfront socket" });
   worker.onerror = (event) => toasts.show(`The connection's worker failed: ${event.message}`);
   connection = new Connection(worker, store, {
     binary: (message: BinaryMessage) => viewer.receive(message),
@@ -65,6 +67,9 @@ function start(viewer: Viewer): void {
     told: (message) => toasts.show(message, "info"),
   });
   const link = connection;
+  const address = new URL("ws", document.baseURI);
+  address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
+  link.connect(address.href);
   buildPage({
     store,
     viewer,
@@ -77,10 +82,6 @@ function start(viewer: Viewer): void {
   shareByAddress(viewer);
 
   askForValues();
-
-  const address = new URL("ws", document.baseURI);
-  address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
-  connection.connect(address.href);
 
   // For the browser's console and the tests: what is shown now, read-only.
   Object.assign(window, {

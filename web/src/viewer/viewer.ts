@@ -255,7 +255,8 @@ export class Viewer {
     this.hands.tick(now);
     this.rig.tick(now);
     const moved = this.motion.moving;
-    if (!moved && !this.dirty) return;
+    // Before there is an object nothing is drawn: it would be an empty ground, and keep the first frame waiting.
+    if ((!moved && !this.dirty) || !this.motion.frame) return;
     this.dirty = false;
     if (moved) {
       const start = performance.now();
