@@ -93,7 +93,7 @@ describe("where the page may write files", () => {
     await label(/^Pictures$/);
     expect(await kept("mock-20260131-235959.zip")).toBeNull();
     await expect.poll(() => server.archive.broken).toBe(1);
-    expect(await page.innerText(".files .problem")).toBe("");
+    expect(await page.innerText(".problem")).toBe("");
     server.archive.hold = Infinity;
   });
 
@@ -104,7 +104,7 @@ describe("where the page may write files", () => {
     await page.waitForTimeout(300);
     await label(/^Pictures$/);
     expect(server.archive.sent).toBe(-1);
-    expect(await page.innerText(".files .problem")).toBe("");
+    expect(await page.innerText(".problem")).toBe("");
   });
 
   it("says why a file was refused, and leaves none", async () => {

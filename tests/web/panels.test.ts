@@ -1,7 +1,7 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 
 import { makeActions, SPEEDS } from "../../web/src/actions";
-import { count, duration, percent, quantity, quantityOfLength, significant } from "../../web/src/format";
+import { clock, count, duration, percent, quantity, quantityOfLength, significant } from "../../web/src/format";
 import { bindings, findBinding } from "../../web/src/keys";
 import { troubleOf } from "../../web/src/panels/banner";
 import { throttle } from "../../web/src/panels/dom";
@@ -26,6 +26,7 @@ describe("numbers", () => {
     expect(percent(0.0214)).toBe("2.1 %");
     expect(count(1234567)).toBe("1\u202f234\u202f567");
     expect([duration(3.254), duration(125)]).toEqual(["3.25 s", "2 min 5.0 s"]);
+    expect([clock(3.254), clock(125), clock(3599.9), clock(NaN)]).toEqual(["3.25 s", "2:05.0", "59:59.9", "–"]);
     expect([0.002, 0.01, 0.2, 1, 2000].map(quantityOfLength)).toEqual(["2 mm", "1 cm", "20 cm", "1 m", "2 km"]);
   });
 });

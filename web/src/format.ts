@@ -36,6 +36,12 @@ export function duration(seconds: number): string {
   return `${Math.floor(seconds / 60)} min ${(seconds % 60).toFixed(1)} s`;
 }
 
+/** Simulated time where there is little room: 3.25 s, 2:05.0. */
+export function clock(seconds: number): string {
+  if (!(seconds >= 60)) return duration(seconds);
+  return `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(1).padStart(4, "0")}`;
+}
+
 /** 0.002 -> 2 mm, 0.05 -> 5 cm, 2 -> 2 m */
 export function quantityOfLength(metres: number): string {
   if (metres < 0.0099) return quantity(1000 * metres, "mm");

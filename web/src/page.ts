@@ -122,15 +122,18 @@ function keepApart(legendCard: HTMLElement, bar: HTMLElement): () => void {
   return look;
 }
 
-/** In a narrow window a dock is a sheet over the picture, one at a time; elsewhere the picture makes room for both. */
+/** In a narrow window a dock is a sheet over the picture; elsewhere the picture makes room for one, or for both. */
 function docking(viewer: Viewer, panel: HTMLElement, plotCard: HTMLElement, moved: () => void) {
-  const isWide = () => innerWidth >= 720;
+  const isWide = () => innerWidth >= 860; // as in narrow.css
+  const hasRoomForBoth = () => innerWidth >= 1100;
   const cover = () => {
     const left = isWide() && !plotCard.hidden ? DOCK : 0;
     const right = isWide() && !panel.hidden ? DOCK : 0;
     viewer.cover({ top: 58, bottom: 66, left, right });
     // What is in the middle is in the middle of what is free.
-    document.documentElement.style.setProperty("--middle", `calc(50% + ${(left - right) / 2}px)`);
+    const { style } = document.documentElement;
+    style.setProperty("--middle", `calc(50% + ${(left - right) / 2}px)`);
+    style.setProperty("--docks", `${left + right}px`);
     moved();
   };
   const dock = (element: HTMLElement, other: HTMLElement, icon: "panel" | "plots", label: string, key: string) => {
@@ -140,7 +143,7 @@ function docking(viewer: Viewer, panel: HTMLElement, plotCard: HTMLElement, move
     const show = (visible: boolean) => {
       element.hidden = !visible;
       button.setAttribute("aria-expanded", String(visible));
-      if (visible && !isWide() && !other.hidden)
+      if (visible && !hasRoomForBoth() && !other.hidden)
         document.querySelector<HTMLButtonElement>(`[aria-controls=${other.id}]`)?.click();
       cover();
     };
@@ -150,9 +153,12 @@ function docking(viewer: Viewer, panel: HTMLElement, plotCard: HTMLElement, move
     panel: dock(panel, plotCard, "panel", "Numbers and settings", "button"),
     plots: dock(plotCard, panel, "plots", "Plots", "G"),
   };
-  addEventListener("resize", cover);
+  addEventListener("resize", () => {
+    if (!hasRoomForBoth() && !panel.hidden && !plotCard.hidden) docks.plots.show(false);
+    cover();
+  });
   docks.panel.show(isWide());
-  docks.plots.show(innerWidth >= 1100 && innerHeight >= 680);
+  docks.plots.show(hasRoomForBoth() && innerHeight >= 680);
   return docks;
 }
 

@@ -65,13 +65,14 @@ export function recordingSheet(
   failed: (message: string) => void,
 ): Sheet {
   const body = h("ul", { className: "files" });
-  const problem = h("li", { className: "note problem", attributes: { role: "alert" } }); // toasts lie behind the sheet
+  const problem = h("p", { className: "note problem", attributes: { role: "alert" } }); // toasts lie behind the sheet
   const exports: Exports = {
     query,
     failed: (message) => (element.open ? (problem.textContent = message) : failed(message)),
     running: new Map(),
   };
-  const { element, open } = sheet("Recordings", "recordings", body, async () => {
+  const note = h("p", { className: "note" }, "Pictures are drawn as you see the object now, about ten a second.");
+  const { element, open } = sheet("Recordings", "recordings", h("div", {}, body, problem, note), async () => {
     body.replaceChildren(h("li", { className: "note" }, "Asking the server …"));
     const answer = await request({ command: "recordings" });
     const rows = (answer?.recordings ?? []).map(({ name, bytes: size }) => {
@@ -89,8 +90,6 @@ export function recordingSheet(
     problem.textContent = "";
     body.replaceChildren(
       ...(rows.length ? rows : [h("li", { className: "note" }, "None yet: V starts one and ends it.")]),
-      problem,
-      h("li", { className: "note" }, "Pictures are drawn by the server as you see the object now, about ten a second."),
     );
   });
   return { element, open };

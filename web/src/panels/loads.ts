@@ -1,6 +1,5 @@
 // Forces that stay and pins, as a list: each force's newtons can be typed, in all or along each axis, and it can be removed.
 
-import { significant } from "../format";
 import type { Command, Force, Vec3 } from "../messages";
 import { can } from "../store";
 import type { Store } from "../store";
@@ -49,7 +48,8 @@ export function loads(store: Store, send: (command: Command) => void): HTMLEleme
         step: "any",
         min: "-1e9",
         max: "1e9",
-        value: significant(value).replace("−", "-"),
+        // A component that is there by rounding only is none.
+        value: String(Math.abs(value) > 1e-6 * size ? Number(value.toPrecision(3)) : 0),
         onchange: () => {
           const valid = input.value !== "" && input.reportValidity();
           const typed = Number(input.value);
@@ -98,6 +98,7 @@ export function loads(store: Store, send: (command: Command) => void): HTMLEleme
       ),
     );
     item.dataset["force"] = String(force.force);
+    item.classList.toggle("selected", store.get().selectedForce === force.force);
     return item;
   }
   return element;

@@ -108,7 +108,7 @@ function materials(store: Store, send: Send): NumberField[] {
       enabled: edits,
     },
     {
-      label: "Damping by mass",
+      label: "Mass damping",
       unit: "1/s",
       title: "Rayleigh damping, on top of the materials' own: slows all motion",
       low: 0,
@@ -119,7 +119,7 @@ function materials(store: Store, send: Send): NumberField[] {
       enabled: edits,
     },
     {
-      label: "Damping by stiffness",
+      label: "Stiffness damping",
       unit: "s",
       title: "Rayleigh damping, on top of the materials' own: slows vibrations",
       low: 0,

@@ -7,9 +7,10 @@ import { count, quantity, significant } from "../format";
 import { css, levelColour } from "../palette";
 import { PHASES, Series, stack } from "../series";
 import type { Store } from "../store";
+import { niceStep } from "../viewer/stage";
 import { h } from "./dom";
 
-const SIZE = { width: 248, height: 66 };
+const SIZE = { width: 248, height: 70 };
 const PHASE_COLOURS = ["#7c6fd6", "#3f8fd0", "#2aa79b", "#d98a2b", "#9aa3b2"];
 
 interface Plot {
@@ -133,7 +134,7 @@ function draw(parent: HTMLElement, plot: Plot, series: Series) {
       ...SIZE,
       legend: { show: false },
       cursor: { show: false },
-      padding: [4, 4, 0, 0],
+      padding: [4, 10, 0, 0],
       scales: {
         x: { time: false, range: () => seconds(series.time) }, // of a single moment uPlot would show 100 s
         y: { range: (_, low, high) => [Math.min(0, low ?? 0), 1.08 * Math.max(high ?? 0, 1e-9)] },
@@ -141,8 +142,8 @@ function draw(parent: HTMLElement, plot: Plot, series: Series) {
       axes: [
         {
           ...axis,
-          size: 16,
-          gap: 2,
+          size: 20,
+          gap: 6,
           grid: { show: false },
           space: 60,
           values: (_, ticks) => ticks.map((t) => `${t} s`),
@@ -151,7 +152,7 @@ function draw(parent: HTMLElement, plot: Plot, series: Series) {
           ...axis,
           size: 40,
           gap: 4,
-          space: 24,
+          splits: (_, __, low, high) => (low < 0 ? [low, 0, niceStep(high)] : [0, niceStep(high)]),
           grid: { stroke: line, width: 1 },
           values: (_, ticks) => ticks.map((t) => (Math.abs(t) >= 1000 ? `${significant(t / 1000)}k` : significant(t))),
         },

@@ -1,7 +1,7 @@
 // Looks back: a slider over the last seconds of a simulation, or over a whole recording. While one looks at the past, the
 // present goes on and is shown as a ghost.
 
-import { duration } from "../format";
+import { clock, duration } from "../format";
 import type { Command } from "../messages";
 import { isOpen } from "../store";
 import type { Store } from "../store";
@@ -35,7 +35,7 @@ export function timeline(
     { type: "button", className: "live", onclick: () => store.set({ scrub: null }), title: "Back to the present (L)" },
     "Live",
   );
-  const clock = h("output", {
+  const display = h("output", {
     className: "clock",
     title: "Simulated time",
     attributes: { "aria-label": "Simulated time" },
@@ -51,11 +51,12 @@ export function timeline(
     slider.title = hello?.recording
       ? "Where the recording is"
       : `The last ${duration(end - start)} of the simulation, kept by this page`;
-    const text = scrub !== null ? duration(scrub) : now === null ? "–" : duration(now);
-    if (clock.textContent !== text) clock.textContent = text;
-    slider.setAttribute("aria-valuetext", text);
+    const shown = scrub ?? now ?? NaN;
+    const text = clock(shown);
+    if (display.textContent !== text) display.textContent = text;
+    slider.setAttribute("aria-valuetext", duration(shown));
     live.hidden = scrub === null;
   };
   for (const part of ["hello", "simulation", "scrub", "link"] as const) store.watch((s) => s[part], show);
-  return [slider, live, clock];
+  return [slider, live, display];
 }
