@@ -84,16 +84,17 @@ function serve(request, response, token, archive) {
 
 /** Byte i of it is i / 65536, so that a piece that is lost or doubled is seen. */
 async function sendArchive(response, archive) {
-  response.on("close", () => !response.writableFinished && ++archive.broken);
+  const closed = new Promise((resolve) => response.on("close", resolve));
+  void closed.then(() => !response.writableFinished && ++archive.broken);
   response.writeHead(200, {
     "content-type": "application/zip",
     "content-disposition": "attachment; filename=mock.zip",
   });
   for (let sent = 0; sent < archive.size && !response.destroyed; archive.sent = sent) {
-    if (sent >= archive.hold) await Promise.race([once(archive.held, "go"), once(response, "close")]);
+    if (sent >= archive.hold) await Promise.race([once(archive.held, "go"), closed]);
     const part = Buffer.alloc(Math.min(65536, archive.size - sent), sent / 65536);
     sent += part.length;
-    if (!response.write(part)) await Promise.race([once(response, "drain"), once(response, "close")]);
+    if (!response.write(part)) await Promise.race([once(response, "drain"), closed]);
   }
   response.end();
 }

@@ -4,7 +4,7 @@ import { bytes } from "../format";
 import type { Answer, Command } from "../messages";
 import type { Store } from "../store";
 import { saveWhileMade } from "../save";
-import { h, icon } from "./dom";
+import { h, icon, throttle } from "./dom";
 
 type Request = (command: Command) => Promise<Answer | null>;
 
@@ -110,7 +110,8 @@ function exportButton(label: string, name: string, url: string, { query, failed,
   const start = async () => {
     cancel = new AbortController();
     running.set(url, button);
-    const arrived = (size: number) => (button.textContent = `Cancel · ${bytes(size)}`);
+    // Pieces come by the hundred a second; the last words may come after the end.
+    const arrived = throttle(200, (size: number) => cancel && (button.textContent = `Cancel · ${bytes(size)}`));
     arrived(0);
     try {
       const file = name.replace(/\.tfr$/, url.slice(url.lastIndexOf(".")));
