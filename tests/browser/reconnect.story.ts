@@ -49,7 +49,7 @@ describe("the connection", () => {
   });
 
   it("shows how far the model is", async () => {
-    const server = await startMockServer({ building: 3000 });
+    const server = await startMockServer({ building: 12_000 });
     const page = await browser.newPage({ viewport: { width: 640, height: 360 } });
     await page.goto(server.url);
     await page.waitForSelector("progress");
