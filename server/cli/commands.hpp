@@ -11,6 +11,7 @@
 #include "engine/base/atomic_file.hpp"
 #include "engine/mechanics/elasticity_cache.hpp"
 #include "engine/scene/scene.hpp"
+#include "server/base/exit_status.hpp"
 
 #include <functional>
 #include <stdexcept>
@@ -20,15 +21,6 @@
 #include <CLI/CLI.hpp>
 
 namespace tetfront {
-
-/// Exit statuses; the same for all subcommands.
-enum ExitStatus : int {
-    exit_ok = 0,
-    exit_internal_error = 1,
-    exit_bad_input = 2,  // InputError, or wrong usage
-    exit_port_taken = 3,
-    exit_output_failed = 4,  // OutputError
-};
 
 /// Does the work and returns an ExitStatus; throws InputError, OutputError or PortTaken.
 using Action = std::function<int()>;

@@ -10,6 +10,7 @@
 #include <charconv>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -86,10 +87,13 @@ std::vector<std::string> job_arguments(const RenderOptions& o) {
 
 int render(const RenderOptions& options) {
     std::optional<ThreadLimit> limit;
-    if (options.threads > 0) limit.emplace(options.threads);
+    if (options.threads > 0) {
+        limit.emplace(options.threads);
+        ::setenv("LP_NUM_THREADS", std::to_string(options.threads).c_str(), 1);  // the rasteriser's; it is not loaded yet
+    }
     if (!options.stream.empty()) check_stream(options);
     Work work = prepare(options);
-    if (!options.stream.empty()) return render_to_stdout(work, options.stream);
+    if (!options.stream.empty()) return render_to_stdout(work, options.stream, options.threads);
     const View& size = work.sequence.view;
     std::vector<int>& numbers = work.sequence.numbers;
     numbers = numbers_to_write(options, work);

@@ -1,78 +1,46 @@
 #include "server/cli/render_jobs.hpp"
 
-#include "server/cli/commands.hpp"
+#include "server/base/child.hpp"
+#include "server/base/exit_status.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstdlib>
-#include <cstring>
 #include <memory>
 #include <system_error>
 #include <thread>
+#include <utility>
 
-#include <fcntl.h>
 #include <nlohmann/json.hpp>
 #include <poll.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
-
-extern char** environ;
 
 namespace tetfront {
 
 namespace {
 
-[[noreturn]] void fail(const std::string& what, int error) {
-    throw OutputError(what + ": " + std::generic_category().message(error));
-}
-
 /// One process and the pipe on which it reports its frames as JSON lines. Should this program die, the pipe breaks and
 /// the job ends with its next frame.
 class Job {
  public:
-    Job(std::vector<std::string> words, int threads) {
-        std::array<int, 2> pipe{};
-        if (::pipe2(pipe.data(), O_CLOEXEC) != 0) fail("a render process cannot be started", errno);
-        events_ = pipe[0];
-        posix_spawn_file_actions_t actions;
-        ::posix_spawn_file_actions_init(&actions);
-        ::posix_spawn_file_actions_adddup2(&actions, pipe[1], STDOUT_FILENO);
-        std::vector<char*> arguments, environment;
-        for (std::string& word : words) arguments.push_back(word.data());
-        arguments.push_back(nullptr);
-        // The rasteriser's threads of all jobs together are as many as there are processors.
-        std::string rasteriser = "LP_NUM_THREADS=" + std::to_string(threads);
-        for (char** variable = environ; *variable; ++variable)
-            if (std::strncmp(*variable, "LP_NUM_THREADS=", 15) != 0) environment.push_back(*variable);
-        environment.push_back(rasteriser.data());
-        environment.push_back(nullptr);
-        const int error = ::posix_spawn(&process_, "/proc/self/exe", &actions, nullptr, arguments.data(), environment.data());
-        ::posix_spawn_file_actions_destroy(&actions);
-        ::close(pipe[1]);
-        if (error) fail("a render process cannot be started", error);
+    explicit Job(std::vector<std::string> words) : child_("/proc/self/exe", std::move(words), {.out = events_.write.get()}) {
+        events_.write.close();
     }
     ~Job() {
-        if (process_ > 0) {
-            ::kill(process_, SIGTERM);
-            wait();
-        }
-        ::close(events_);
+        child_.signal(SIGTERM);  // not SIGKILL: it removes the file that it is at
+        if (child_.process() > 0) child_.wait();
     }
     Job(const Job&) = delete;
     Job& operator=(const Job&) = delete;
 
-    [[nodiscard]] int descriptor() const { return events_; }
-    void stop() const {
-        if (process_ > 0) ::kill(process_, SIGINT);
-    }
+    [[nodiscard]] int descriptor() const { return events_.read.get(); }
+    void stop() const { child_.signal(SIGINT); }
     /// Takes what is there; false: the job has ended.
     template <class Use>
     bool take(const Use& use) {
         std::array<char, 4096> part{};
-        const ssize_t size = ::read(events_, part.data(), part.size());
+        const ssize_t size = ::read(events_.read.get(), part.data(), part.size());
         if (size < 0 && errno == EINTR) return true;
         if (size <= 0) return false;
         text_.append(part.data(), static_cast<std::size_t>(size));
@@ -82,16 +50,15 @@ class Job {
         }
         return true;
     }
+    /// Its exit status, or as a shell has it for a signal.
     int wait() {
-        int status = 0;
-        while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {}
-        process_ = -1;
-        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+        const Ending end = child_.wait();
+        return end.status >= 0 ? end.status : 128 + end.signal;
     }
 
  private:
-    pid_t process_ = -1;
-    int events_ = -1;
+    Pipe events_ = make_pipe();
+    Child child_;
     std::string text_;
 };
 
@@ -107,16 +74,16 @@ int run_jobs(const std::vector<std::string>& arguments, const std::vector<int>& 
         if (begin == end) continue;
         std::vector<std::string> words = {"tetfront"};
         words.insert(words.end(), arguments.begin(), arguments.end());
-        const int threads = std::max(1, processors / jobs);
-        words.insert(words.end(), {"--json", "--threads", std::to_string(threads), "--frames",
+        words.insert(words.end(), {"--json", "--threads", std::to_string(std::max(1, processors / jobs)), "--frames",
                                    std::to_string(numbers[begin]) + "-" + std::to_string(numbers[end - 1])});
-        running.push_back(std::make_unique<Job>(words, threads));
+        running.push_back(std::make_unique<Job>(std::move(words)));
     }
     int result = exit_ok;
     while (!running.empty()) {
         std::vector<pollfd> waiting;
         for (const auto& job : running) waiting.push_back({job->descriptor(), POLLIN, 0});
-        if (::poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR) fail("waiting for render processes", errno);
+        if (::poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR)
+            throw OutputError("waiting for render processes: " + std::generic_category().message(errno));
         for (std::size_t i = waiting.size(); i-- > 0;) {
             if (waiting[i].revents == 0 || running[i]->take(frame)) continue;
             const int status = running[i]->wait();

@@ -25,16 +25,19 @@ void check_stream(const RenderOptions& options) {
         throw InputError("--stdout", options.stream, "is nothing for a terminal", "send it to a file: > frames." + options.stream);
 }
 
-int render_to_stdout(Work& work, const std::string& format) {
+int render_to_stdout(Work& work, const std::string& format, int threads) {
     std::signal(SIGPIPE, SIG_IGN);  // a reader that has gone is an error of writing, which says so
     const View& view = work.sequence.view;
-    const auto to_stdout = [](std::string_view bytes) { write_all(STDOUT_FILENO, bytes, "standard output"); };
+    const auto to_stdout = [](std::string_view bytes) {
+        if (const int error = write_all(STDOUT_FILENO, bytes))
+            throw OutputError("standard output cannot be written: " + std::generic_category().message(error));
+    };
     std::unique_ptr<ZipWriter> zip;
     std::unique_ptr<VideoStream> video;
     if (format == "zip")
         zip = std::make_unique<ZipWriter>(to_stdout);
     else if (format == "mp4")
-        video = std::make_unique<VideoStream>(work.fps, view.width % 2 == 0 && view.height % 2 == 0);
+        video = std::make_unique<VideoStream>(work.fps, view.width % 2 == 0 && view.height % 2 == 0, threads);
     work.sequence.write = [&](const std::string& name, std::string_view png) {
         if (zip)
             zip->add(name, png);

@@ -14,7 +14,8 @@ namespace tetfront {
 /// Throws InputError for options that only a directory has.
 void check_stream(const RenderOptions& options);
 
-/// format: "zip", "png" (one after the other) or "mp4". Returns an exit status. Throws OutputError, also when there is no ffmpeg for a video.
-int render_to_stdout(Work& work, const std::string& format);
+/// format: "zip", "png" (one after the other) or "mp4". threads: of ffmpeg, 0: as it likes. Returns an exit status. Throws
+/// OutputError, also when there is no ffmpeg for a video.
+int render_to_stdout(Work& work, const std::string& format, int threads);
 
 }  // namespace tetfront

@@ -1,20 +1,11 @@
 #include "server/cli/video.hpp"
 
-#include "engine/base/atomic_file.hpp"
-
-#include <array>
 #include <cerrno>
-#include <csignal>
 #include <cstdio>
 #include <system_error>
 #include <utility>
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
-
-extern char** environ;
 
 namespace tetfront {
 
@@ -48,23 +39,8 @@ std::vector<std::string> encoding(const VideoJob& job) {
     return h264(job.even);
 }
 
-/// An exit status of waitpid() that is not success.
-[[noreturn]] void fail(const std::string& what, int status) {
-    throw OutputError(what + ": ffmpeg failed, " +
-                      (WIFEXITED(status) ? "exit status " + std::to_string(WEXITSTATUS(status)) : "signal " + std::to_string(WTERMSIG(status))));
-}
-
-std::vector<char*> pointers(std::vector<std::string>& words) {
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    return arguments;
-}
-
-int wait_for(pid_t child) {
-    int status = 0;
-    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {}
-    return status;
+void check(const Ending& end, const std::string& what) {
+    if (!end.good()) throw OutputError(what + ": ffmpeg failed, " + end.text());
 }
 
 }  // namespace
@@ -97,60 +73,40 @@ std::string command_line(const VideoJob& job) {
 bool run_ffmpeg(const VideoJob& job) {
     std::vector<std::string> words = ffmpeg_command(job);
     words.insert(words.begin() + 1, {"-y", "-loglevel", "error", "-nostdin"});
-    posix_spawn_file_actions_t actions;
-    ::posix_spawn_file_actions_init(&actions);
-    ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    ::posix_spawn_file_actions_adddup2(&actions, STDERR_FILENO, STDOUT_FILENO);  // stdout belongs to results
-    pid_t child = 0;
-    const int error = ::posix_spawnp(&child, "ffmpeg", &actions, nullptr, pointers(words).data(), environ);
-    ::posix_spawn_file_actions_destroy(&actions);
-    if (error == ENOENT) return false;
-    if (error) throw OutputError("ffmpeg cannot be run: " + std::generic_category().message(error));
-    if (const int status = wait_for(child)) fail(words.back(), status);
+    try {
+        const std::string file = words.back();
+        check(Child("ffmpeg", std::move(words), {.in = open_null().get(), .out = STDERR_FILENO}).wait(), file);  // stdout belongs to results
+    } catch (const StartError& problem) {
+        if (problem.error == ENOENT) return false;
+        throw;
+    }
     return true;
 }
 
-VideoStream::VideoStream(double fps, bool even) {
+VideoStream::VideoStream(double fps, bool even, int threads) {
     char rate[32];
     std::snprintf(rate, sizeof rate, "%.10g", fps);
     std::vector<std::string> words = {"ffmpeg", "-loglevel", "error", "-f", "image2pipe", "-c:v", "png", "-framerate", rate, "-i", "pipe:0"};
     for (std::string& word : h264(even)) words.push_back(std::move(word));
+    if (threads > 0) words.insert(words.end(), {"-threads", std::to_string(threads)});
     words.insert(words.end(), {"-frag_duration", "1000000", "-movflags", "empty_moov", "-f", "mp4", "pipe:1"});
-    std::array<int, 2> ends{};
-    if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw OutputError("ffmpeg cannot be run: " + std::generic_category().message(errno));
-    posix_spawn_file_actions_t actions;
-    ::posix_spawn_file_actions_init(&actions);
-    ::posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
-    const int error = ::posix_spawnp(&child_, "ffmpeg", &actions, nullptr, pointers(words).data(), environ);
-    ::posix_spawn_file_actions_destroy(&actions);
-    ::close(ends[0]);
-    pipe_ = ends[1];
-    if (error) {
-        ::close(pipe_);
-        throw OutputError(error == ENOENT ? "there is no ffmpeg here; install it (Debian: ffmpeg), or take the pictures"
-                                          : "ffmpeg cannot be run: " + std::generic_category().message(error));
+    try {
+        ffmpeg_ = std::make_unique<Child>("ffmpeg", std::move(words), Streams{.in = pipe_.read.get()});
+    } catch (const StartError& problem) {
+        if (problem.error != ENOENT) throw;
+        throw OutputError("there is no ffmpeg here; install it (Debian: ffmpeg), or take the pictures");
     }
+    pipe_.read.close();
 }
 
-VideoStream::~VideoStream() {
-    if (pipe_ >= 0) ::close(pipe_);
-    if (child_ > 0) ::kill(child_, SIGKILL), wait_for(child_);
+void VideoStream::add(std::string_view png) {
+    if (const int error = write_all(pipe_.write.get(), png))
+        throw OutputError("ffmpeg's input cannot be written: " + std::generic_category().message(error));
 }
-
-void VideoStream::add(std::string_view png) { write_all(pipe_, png, "ffmpeg's input"); }
 
 void VideoStream::finish() {
-    ::close(std::exchange(pipe_, -1));
-    if (const int status = wait_for(std::exchange(child_, -1))) fail("video", status);
-}
-
-void write_all(int descriptor, std::string_view bytes, const char* what) {
-    while (!bytes.empty()) {
-        const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-        if (written < 0 && errno == EINTR) continue;
-        if (written < 0) throw OutputError(std::string(what) + " cannot be written: " + std::generic_category().message(errno));
-        bytes.remove_prefix(static_cast<std::size_t>(written));
-    }
+    pipe_.write.close();
+    check(ffmpeg_->wait(), "video");
 }
 
 }  // namespace tetfront

@@ -5,7 +5,10 @@
 //     std::puts(command_line(job).c_str());
 //     if (!run_ffmpeg(job)) ...                   // there is no ffmpeg
 
+#include "server/base/child.hpp"
+
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,22 +33,18 @@ bool run_ffmpeg(const VideoJob& job);
 /// A video of pictures that come one by one, on standard output: fragments of MP4, which need no way back in the file.
 class VideoStream {
  public:
-    /// Throws OutputError when there is no ffmpeg. SIGPIPE must be ignored.
-    VideoStream(double fps, bool even);
-    ~VideoStream();
-    VideoStream(const VideoStream&) = delete;
-    VideoStream& operator=(const VideoStream&) = delete;
+    /// threads: for ffmpeg; 0: as it likes. Throws OutputError when there is no ffmpeg. SIGPIPE must be ignored.
+    VideoStream(double fps, bool even, int threads);
 
+    /// Throws OutputError.
     void add(std::string_view png);
     /// Throws OutputError when ffmpeg failed.
     void finish();
 
  private:
-    int child_ = -1, pipe_ = -1;
+    Pipe pipe_ = make_pipe();
+    std::unique_ptr<Child> ffmpeg_;
 };
-
-/// Throws OutputError, which names `what`.
-void write_all(int descriptor, std::string_view bytes, const char* what);
 
 std::string shell_quoted(const std::string& word);
 

@@ -1,5 +1,6 @@
 #include "server/session/recording.hpp"
 
+#include "server/base/descriptor.hpp"
 #include "server/session/recording_bytes.hpp"
 
 #include <algorithm>
@@ -138,18 +139,12 @@ void RecordingWriter::append(std::uint32_t kind, std::string_view payload) {
         bytes.assign(reinterpret_cast<const char*>(&header), sizeof header);
         bytes.append(payload);
     }
-    for (std::string_view left = bytes; !left.empty();) {
-        const ssize_t written = ::write(descriptor_, left.data(), left.size());
-        if (written < 0 && errno == EINTR) continue;
-        if (written < 0) {
-            const int error = errno;
-            // A part of a chunk would do no harm, but nobody needs it. Not a regular file: it stays.
-            static_cast<void>(::ftruncate(descriptor_, static_cast<off_t>(size_)));
-            ::close(std::exchange(descriptor_, -1));
-            throw OutputError(file_.string() + ": cannot be written: " + std::generic_category().message(error) +
-                              "; it is readable up to frame " + std::to_string(frames_) + " (not included)");
-        }
-        left.remove_prefix(static_cast<std::size_t>(written));
+    if (const int error = write_all(descriptor_, bytes)) {
+        // A part of a chunk would do no harm, but nobody needs it. Not a regular file: it stays.
+        static_cast<void>(::ftruncate(descriptor_, static_cast<off_t>(size_)));
+        ::close(std::exchange(descriptor_, -1));
+        throw OutputError(file_.string() + ": cannot be written: " + std::generic_category().message(error) +
+                          "; it is readable up to frame " + std::to_string(frames_) + " (not included)");
     }
     size_ += bytes.size();
 }

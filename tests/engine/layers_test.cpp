@@ -20,7 +20,7 @@ namespace {
 
 const std::map<std::string, int> floors = {
     {"engine/base", 1},      {"engine/mesh", 2},  {"engine/material", 3},   {"engine/tree", 3},
-    {"engine/mechanics", 4}, {"engine/scene", 4}, {"engine/simulation", 5}, {"server/session", 6},
+    {"engine/mechanics", 4}, {"engine/scene", 4}, {"engine/simulation", 5}, {"server/base", 5}, {"server/session", 6},
     {"server/render", 7},    {"server/net", 8},   {"server/cli", 9},
 };
 
