@@ -318,7 +318,7 @@ std::string states_reply(std::int64_t id, const std::vector<Library::FileEntry>&
     Json list = Json::array();
     for (const auto& file : states) {
         try {
-            const SavedState state = read_saved_state(file.path);
+            const SavedState state = read_saved_head(file.path);
             list.push_back({{"name", file.path.stem().string()}, {"scene", state.scene}, {"time", state.time}});
         } catch (const InputError&) {
             // Not one of ours: it cannot be restored, so it is not offered.

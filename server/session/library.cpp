@@ -2,6 +2,7 @@
 
 #include "engine/base/atomic_file.hpp"
 #include "engine/base/error.hpp"
+#include "engine/scene/scene.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -26,6 +27,16 @@ void each_file(const std::filesystem::path& folder, std::string_view extension, 
     for (const auto& path : paths) use(path, path.stem().string());
 }
 
+/// Any JSON file may lie in the folder; one that is no scene cannot be loaded, so it is not offered.
+std::optional<std::string> title_of(const std::filesystem::path& file, const std::string& name) {
+    try {
+        const Scene scene = load_scene(file);
+        return scene.title.empty() ? name : scene.title;
+    } catch (const InputError&) {
+        return std::nullopt;
+    }
+}
+
 }  // namespace
 
 bool is_plain_name(std::string_view text) {
@@ -35,19 +46,26 @@ bool is_plain_name(std::string_view text) {
     return !text.empty() && text.size() <= 64 && text.front() != '.' && std::ranges::all_of(text, plain);
 }
 
-Library::Library(std::filesystem::path scenes, std::filesystem::path data) : scenes_(std::move(scenes)), data_(std::move(data)) {}
+Library::Library(std::filesystem::path scenes, std::filesystem::path data) : scenes_(std::move(scenes)), data_(std::move(data)) {
+    static_cast<void>(this->scenes());  // now, or the first client that asks holds up the others
+}
 
 std::vector<Library::SceneEntry> Library::scenes() const {
     std::vector<SceneEntry> result;
     if (scenes_.empty()) return result;
+    const std::lock_guard lock(titles_->mutex);
+    std::map<std::string, Title> known;
     each_file(scenes_, ".json", [&](const auto& path, const std::string& name) {
-        try {
-            const Scene scene = load_scene(path);
-            result.push_back({name, scene.title.empty() ? name : scene.title});
-        } catch (const InputError&) {
-            // Any JSON file may lie there; one that is no scene cannot be loaded, so it is not offered.
-        }
+        std::error_code gone;
+        const auto changed = std::filesystem::last_write_time(path, gone);
+        const std::uintmax_t bytes = gone ? 0 : std::filesystem::file_size(path, gone);
+        if (gone) return;
+        const auto before = titles_->known.find(name);
+        const bool same = before != titles_->known.end() && before->second.changed == changed && before->second.bytes == bytes;
+        const Title& title = known[name] = same ? before->second : Title{changed, bytes, title_of(path, name)};
+        if (title.text) result.push_back({name, *title.text});
     });
+    titles_->known = std::move(known);
     return result;
 }
 
@@ -58,12 +76,6 @@ std::optional<std::filesystem::path> Library::scene_file(std::string_view name) 
             if (known == name) file = path;
         });
     return file;
-}
-
-Scene Library::load(std::string_view name) const {
-    const auto file = scene_file(name);
-    if (!file) throw InputError("", "/scene", "is not a scene that is served", "use one of the list of the command scenes");
-    return load_scene(*file);
 }
 
 std::vector<Library::FileEntry> Library::files(const char* folder, std::string_view extension) const {

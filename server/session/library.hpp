@@ -4,12 +4,13 @@
 //
 //     Library library("assets/scenes", "/var/lib/tetfront");
 //     for (const auto& scene : library.scenes()) ... scene.name, scene.title
-//     Scene scene = library.load("bunny");
-
-#include "engine/scene/scene.hpp"
+//     if (const auto file = library.scene_file("bunny")) Scene scene = load_scene(*file);
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -22,20 +23,18 @@ bool is_plain_name(std::string_view text);
 
 class Library {
  public:
-    /// Either may be empty: no scenes, nothing is kept. `data` is made when it is first needed.
+    /// Either may be empty: no scenes, nothing is kept. `data` is made when it is first needed. Reads all scenes.
     Library(std::filesystem::path scenes, std::filesystem::path data);
     Library() = default;
 
     struct SceneEntry {
         std::string name, title;
     };
-    /// Files NAME.json that are scenes, by name; others are left out.
+    /// Files NAME.json that are scenes, by name; others are left out. Reads those that have changed since the last time. Any thread.
     [[nodiscard]] std::vector<SceneEntry> scenes() const;
     [[nodiscard]] bool has_scenes() const { return !scenes_.empty(); }
-    /// nullopt: there is none of this name.
+    /// nullopt: there is no file NAME.json. Nothing is read, so it may be no scene.
     [[nodiscard]] std::optional<std::filesystem::path> scene_file(std::string_view name) const;
-    /// Throws InputError when there is no such scene or it is bad.
-    [[nodiscard]] Scene load(std::string_view name) const;
 
     struct FileEntry {
         std::string name;  // with the extension
@@ -59,7 +58,18 @@ class Library {
     std::filesystem::path scenes_, data_;
 };
 
+    struct Title {
+        std::filesystem::file_time_type changed;
+        std::uintmax_t bytes = 0;
+        std::optional<std::string> text;  // none: the file is no scene
+    };
+    struct Titles {
+        std::mutex mutex;
+        std::map<std::string, Title> known;  // by name; guarded by mutex
+    };
+
 /// The entry of this name, or nullopt.
+    std::shared_ptr<Titles> titles_ = std::make_shared<Titles>();  // of all copies
 std::optional<Library::FileEntry> find(const std::vector<Library::FileEntry>& files, std::string_view name);
 
 /// $XDG_DATA_HOME/tetfront or ~/.local/share/tetfront; empty when neither is known.

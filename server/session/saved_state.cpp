@@ -51,18 +51,10 @@ Json head_of(const SavedState& state) {
     return head;
 }
 
-}  // namespace
-
-void write_saved_state(const std::filesystem::path& file, const SavedState& state) {
-    write_atomically(file, head_of(state).dump(-1, ' ', false, Json::error_handler_t::replace) + '\n' + state.snapshot);
-}
-
-SavedState read_saved_state(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
+SavedState read_head(std::istream& in, const std::filesystem::path& file) {
     std::string line;
     std::getline(in, line);
     SavedState state;
-    state.snapshot.assign(std::istreambuf_iterator<char>(in), {});
     try {
         const Json head = Json::parse(line);
         if (head.at("tetfront_state") != format_version) throw InputError(file.string(), "", "is of another version", "save it anew");
@@ -80,6 +72,24 @@ SavedState read_saved_state(const std::filesystem::path& file) {
         throw InputError(file.string(), "", "is not a saved state", "use one that was saved here");
     }
     return state;
+}
+
+}  // namespace
+
+void write_saved_state(const std::filesystem::path& file, const SavedState& state) {
+    write_atomically(file, head_of(state).dump(-1, ' ', false, Json::error_handler_t::replace) + '\n' + state.snapshot);
+}
+
+SavedState read_saved_state(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    SavedState state = read_head(in, file);
+    state.snapshot.assign(std::istreambuf_iterator<char>(in), {});
+    return state;
+}
+
+SavedState read_saved_head(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return read_head(in, file);
 }
 
 }  // namespace tetfront

@@ -23,5 +23,7 @@ struct SavedState {
 void write_saved_state(const std::filesystem::path& file, const SavedState& state);
 /// Throws InputError. What the edits and the snapshot hold is for the simulation to check.
 SavedState read_saved_state(const std::filesystem::path& file);
+/// The same without the snapshot, which is nearly all of the file.
+SavedState read_saved_head(const std::filesystem::path& file);
 
 }  // namespace tetfront

@@ -21,8 +21,9 @@ void check_size(const Scene& scene, const Shape& shape, std::size_t most_tets) {
 }
 }  // namespace
 
-SceneBuild::SceneBuild(Scene scene, std::size_t most_tets, CacheSettings cache, Progress progress, std::function<void()> done) {
-    thread_ = std::thread([this, scene = std::move(scene), most_tets, cache = std::move(cache), progress = std::move(progress),
+SceneBuild::SceneBuild(std::function<Scene()> read, std::size_t most_tets, CacheSettings cache, Progress progress,
+                       std::function<void()> done) {
+    thread_ = std::thread([this, read = std::move(read), most_tets, cache = std::move(cache), progress = std::move(progress),
                            done = std::move(done)] {
         const Progress report = [&](const std::string& what, double fraction) {
             if (stopping_) throw Stopped{};
@@ -30,6 +31,7 @@ SceneBuild::SceneBuild(Scene scene, std::size_t most_tets, CacheSettings cache, 
         };
         try {
             report("meshing", 0);
+            const Scene scene = read();
             Shape shape = make_shape(scene);
             check_size(scene, shape, most_tets);
             model_ = build_model(scene, std::move(shape), report, cache);

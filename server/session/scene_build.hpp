@@ -1,7 +1,7 @@
 #pragma once
-// Builds a scene's model on a thread of its own, while the simulation goes on with the present one.
+// Reads a scene and builds its model on a thread of its own.
 //
-//     SceneBuild build(library.load("bunny"), 4'000'000, cache, progress, [] { wake_up(); });
+//     SceneBuild build([file] { return load_scene(file); }, 4'000'000, cache, progress, [] { wake_up(); });
 //     if (build.finished()) model = build.take();         // or throws what building has thrown
 
 #include "engine/scene/scene.hpp"
@@ -18,8 +18,9 @@ namespace tetfront {
 
 class SceneBuild {
  public:
-    /// most_tets: a scene with more of the smallest tets is refused, before it takes memory. progress and done are called on the thread that builds; done last, when finished() has become true.
-    SceneBuild(Scene scene, std::size_t most_tets, CacheSettings cache, Progress progress, std::function<void()> done);
+    /// most_tets: a scene with more of the smallest tets is refused, before it takes memory. read, progress and done are called on
+    /// the thread that builds; done last, when finished() has become true.
+    SceneBuild(std::function<Scene()> read, std::size_t most_tets, CacheSettings cache, Progress progress, std::function<void()> done);
     /// Ends the build after the stage that it is in.
     ~SceneBuild();
     SceneBuild(const SceneBuild&) = delete;

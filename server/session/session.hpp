@@ -75,7 +75,7 @@ class Session {
     /// Called on the simulation thread, one at a time, never after stop() has returned. They must not block and must
     /// not throw. Any may be empty.
     struct Listener {
-        /// While a model is being built; a fraction of 1 says that this is over. Of another scene: on the thread that builds.
+        /// While a model is being built, on the thread that builds; a fraction of 1 says that this is over.
         Progress progress = {};
         std::function<void(std::shared_ptr<const SessionModel>)> model = {};  // before the first frame, and of each scene
         std::function<void(const Shots&)> frame = {};                  // at most about 60 a second
@@ -135,10 +135,10 @@ class Session {
     // All below run on the simulation thread.
     void run();
     bool build();
-    /// Throws what build_model does, and BuildStopped.
-    void build_scene(const Scene& scene);
+    std::shared_ptr<const Model> build_first();
+    void note_built();  // any thread
     void use(const std::shared_ptr<const Model>& model);
-    void note_busy();
+    void note_busy();  // any thread
     bool take_requests(std::vector<Request>& requests);
     [[nodiscard]] std::optional<Clock::time_point> deadline() const;
     [[nodiscard]] bool stepping() const { return playing_ || pending_steps_ > 0; }
@@ -174,7 +174,7 @@ class Session {
     std::condition_variable wake_, end_;
     std::vector<Request> queue_;
     bool stopping_ = false;
-    bool built_ = false;  // loading_ has finished
+    bool built_ = false;  // a SceneBuild has finished
     bool ended_ = false;  // the thread calls nobody any more
 
     // Owned by the simulation thread.

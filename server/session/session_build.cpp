@@ -1,30 +1,26 @@
-// How a session gets its model: the first one before anything else, another scene beside the present one. All but the building
-// of another scene runs on the simulation thread.
+// How a session gets its model: the first one before anything else, another scene beside the present one. All but the
+// building runs on the simulation thread.
 #include "server/session/session.hpp"
 
 #include "engine/base/error.hpp"
 #include "server/session/session_errors.hpp"
 
-#include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace tetfront {
 
-namespace {
-struct BuildStopped {};  // thrown through build_model() by its progress callback
-}  // namespace
-
 bool Session::build() {
     try {
         if (scene_) {
-            build_scene(*scene_);
+            const auto model = build_first();
+            if (!model) return false;
+            use(model);
         } else {
             make_stage_ = [this] { return play_recording(recording_); };
             model_ = std::make_shared<const SessionModel>(session_model(*recording_));
             stage_ = make_stage_();
         }
-    } catch (const BuildStopped&) {
-        return false;
     } catch (...) {
         const std::exception_ptr error = std::current_exception();
         model_.reset();
@@ -36,17 +32,24 @@ bool Session::build() {
     return true;
 }
 
-void Session::build_scene(const Scene& scene) {
+/// Commands wait meanwhile, and each stage counts as one thing that the session is busy with. Null: the session stops.
+std::shared_ptr<const Model> Session::build_first() {
     const Progress progress = [this](const std::string& what, double fraction) {
-        {
-            const std::lock_guard lock(mutex_);
-            if (stopping_) throw BuildStopped{};
-        }
         note_busy();
         if (listener_.progress) listener_.progress(what, fraction);
     };
     note_busy();
-    use(build_model(scene, progress, settings_.cache));
+    SceneBuild build([this] { return *scene_; }, std::numeric_limits<std::size_t>::max(), settings_.cache, progress, [this] { note_built(); });
+    std::unique_lock lock(mutex_);
+    wake_.wait(lock, [this] { return stopping_ || built_; });
+    built_ = false;
+    return stopping_ ? nullptr : build.take();
+}
+
+void Session::note_built() {
+    const std::lock_guard lock(mutex_);
+    built_ = true;
+    wake_.notify_all();
 }
 
 void Session::use(const std::shared_ptr<const Model>& model) {
@@ -60,24 +63,18 @@ void Session::use(const std::shared_ptr<const Model>& model) {
 void Session::begin_load(const command::Load& wanted, Reply reply) {
     try {
         std::optional<CommandError> error;
-        const auto names = settings_.library.scenes();
+        const auto file = settings_.library.scene_file(wanted.scene);
         if (!settings_.library.has_scenes())
             error = CommandError{"failed", "", "no scenes are served; start the server with --scenes"};
         else if (loading_)
             error = CommandError{"failed", "", "another scene is being loaded; wait for it"};
-        else if (std::ranges::find(names, wanted.scene, &Library::SceneEntry::name) == names.end())
+        else if (!file)
             error = CommandError{"unknown_name", "/scene", "is not a scene that is served; see the command scenes"};
         if (error) return reply(error);
-        const auto done = [this] {
-            const std::lock_guard lock(mutex_);
-            built_ = true;
-            wake_.notify_all();
-        };
-        loading_ = std::make_unique<SceneBuild>(settings_.library.load(wanted.scene), settings_.tets, settings_.cache, listener_.progress, done);
+        loading_ = std::make_unique<SceneBuild>([file = *file] { return load_scene(file); }, settings_.tets, settings_.cache, listener_.progress,
+                                                [this] { note_built(); });
         loaded_ = std::move(reply);
-    } catch (const InputError& e) {
-        reply(refusal(e));
-    } catch (...) {
+    } catch (...) {  // no thread or no memory
         reply(CommandError{"failed", "", text_of(std::current_exception())});
     }
 }
