@@ -38,8 +38,7 @@ std::optional<Export> find_export(const Library& library, std::string_view path,
                             std::to_string(wanted.width) + "x" + std::to_string(wanted.height),
                             "--command", "tetfront render " + recording->path.filename().string()},
                   .content_type = std::string(kind->content_type),
-                  .file = recording->path.stem().string() + "." + std::string(kind->format),
-                  .folder = recording->path.parent_path().string() + "/"};
+                  .file = recording->path.stem().string() + "." + std::string(kind->format)};
     if (!wanted.view_text.empty()) {
         // As JSON, whatever stands before it: text that does not begin with a brace would be a file's name.
         result.words.insert(result.words.end(), {"--view", wanted.view_text.substr(wanted.view_text.find('{'))});

@@ -15,7 +15,6 @@ namespace tetfront {
 struct Export {
     std::vector<std::string> words;  // of the command that writes it to stdout
     std::string content_type, file;  // what it is called on the client's disk
-    std::string folder;              // of the recording; nobody's business outside
 };
 
 /// Whether the path of a request has the form /recordings/NAME/frames.zip or /recordings/NAME/video.mp4.

@@ -15,8 +15,6 @@
 #include <string>
 #include <utility>
 
-#include <boost/algorithm/string/erase.hpp>
-
 namespace tetfront {
 
 class HttpConnection : public Connection, public std::enable_shared_from_this<HttpConnection> {
@@ -213,12 +211,11 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
         set_headers(header, keep_alive);
         header.set(http::field::content_type, wanted->content_type);
         header.set(http::field::content_disposition, "attachment; filename=\"" + wanted->file + "\"");
-        child_->start(std::move(header), timeouts_.request, timeouts_.download, [self = shared_from_this(), keep_alive, folder = wanted->folder](ChildStream::End end) {
+        child_->start(std::move(header), timeouts_.request, timeouts_.download, [self = shared_from_this(), keep_alive](const ChildStream::End& end) {
             --self->hub_.exports;
-            boost::algorithm::erase_all(end.problem, folder);
             self->child_.reset();
             if (end.outcome == ChildStream::Outcome::refused)
-                self->refuse(http::status::unprocessable_entity, end.problem, keep_alive);
+                self->refuse(http::status::unprocessable_entity, self->hub_.session.settings().library.without_folders(end.problem), keep_alive);
             else if (end.outcome == ChildStream::Outcome::sent && keep_alive)
                 self->read();
             else

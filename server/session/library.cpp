@@ -78,6 +78,19 @@ std::optional<std::filesystem::path> Library::scene_file(std::string_view name) 
     return file;
 }
 
+std::string Library::without_folders(std::string text) const {
+    const auto erase = [&text](const std::filesystem::path& folder) {
+        const std::string start = folder.string() + "/";
+        for (std::size_t at = 0; (at = text.find(start)) != std::string::npos;) text.erase(at, start.size());
+    };
+    if (!data_.empty()) {  // first, as it may lie in the folder of scenes
+        for (const char* folder : {"recordings", "states", "thumbnails"}) erase(data_ / folder);
+        erase(data_);
+    }
+    if (!scenes_.empty()) erase(scenes_);
+    return text;
+}
+
 std::vector<Library::FileEntry> Library::files(const char* folder, std::string_view extension) const {
     std::vector<FileEntry> result;
     if (data_.empty()) return result;

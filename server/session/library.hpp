@@ -51,12 +51,12 @@ class Library {
     [[nodiscard]] std::filesystem::path new_thumbnail(const std::string& scene) const { return place("thumbnails", scene + ".png"); }
     [[nodiscard]] std::filesystem::path new_state(const std::string& name) const { return place("states", name + ".tfs"); }
 
+    /// What went wrong as clients are told: where the folders lie is nobody's business.
+    [[nodiscard]] std::string without_folders(std::string text) const;
+
  private:
     [[nodiscard]] std::vector<FileEntry> files(const char* folder, std::string_view extension) const;
     [[nodiscard]] std::filesystem::path place(const char* folder, const std::string& file) const;
-
-    std::filesystem::path scenes_, data_;
-};
 
     struct Title {
         std::filesystem::file_time_type changed;
@@ -68,8 +68,11 @@ class Library {
         std::map<std::string, Title> known;  // by name; guarded by mutex
     };
 
-/// The entry of this name, or nullopt.
+    std::filesystem::path scenes_, data_;
     std::shared_ptr<Titles> titles_ = std::make_shared<Titles>();  // of all copies
+};
+
+/// The entry of this name, or nullopt.
 std::optional<Library::FileEntry> find(const std::vector<Library::FileEntry>& files, std::string_view name);
 
 /// $XDG_DATA_HOME/tetfront or ~/.local/share/tetfront; empty when neither is known.

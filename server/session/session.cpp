@@ -186,7 +186,7 @@ void Session::apply(Request& request) {
         error = apply(request.client, std::get<Command>(request.what));
         if (!error) record_event(request.client, std::get<Command>(request.what));
     } catch (const OutputError& e) {
-        error = CommandError{"failed", "", e.what()};
+        error = CommandError{"failed", "", settings_.library.without_folders(e.what())};
     } catch (const InputError& e) {
         error = refusal(e);
     } catch (...) {
@@ -266,7 +266,10 @@ void Session::publish_if_due() {
         state_.budget = budget_.value_or(command::Budget{front.budget_tets, front.budget_milliseconds});
     }
     state_.edits = edits_;
-    if (recorder_) state_.recording = recorder_->status();
+    if (recorder_) {
+        state_.recording = recorder_->status();
+        state_.recording.problem = settings_.library.without_folders(state_.recording.problem);
+    }
     if (listener_.state) listener_.state(state_);
 }
 

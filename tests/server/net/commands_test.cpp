@@ -402,7 +402,9 @@ TEST_F(CommandsTest, AnUnwritableFolderIsAnAnswer) {
     start(false, {}, box_scene(), {.library = Library({}, scenes_.path() / "file")});
     Client client(connect(), host());
     client.until(is_frame);
-    EXPECT_EQ(client.command({{"id", 1}, {"command", "record_start"}})["code"], "failed");
+    const Json refusal = client.command({{"id", 1}, {"command", "record_start"}});
+    EXPECT_EQ(refusal["code"], "failed");
+    EXPECT_EQ(refusal["message"].get<std::string>().find('/'), std::string::npos) << "where it lies is nobody's business: " << refusal;
     EXPECT_EQ(client.command({{"id", 2}, {"command", "step"}})["type"], "ok");
 }
 

@@ -105,6 +105,7 @@ TEST_F(ServerProcessTest, ADiskThatFillsEndsTheRecordingOnly) {
     ASSERT_EQ(client.command({{"id", 1}, {"command", "record_start"}, {"name", "run"}, {"fps", 60}})["type"], "ok");
     const std::string problem = client.event("log")["message"];
     EXPECT_NE(problem.find("cannot be written"), std::string::npos) << problem;
+    EXPECT_EQ(problem.find('/'), std::string::npos) << "where it lies is nobody's business: " << problem;
     EXPECT_EQ(client.command({{"id", 2}, {"command", "pause"}})["type"], "ok") << "the simulation goes on";
     const std::string file = (folder_.path() / "data/recordings/run.tfr").string();
     Recording recording(file);

@@ -41,5 +41,14 @@ TEST(Library, ScenesAreReadAgainOnlyWhenTheirFilesHaveChanged) {
     EXPECT_EQ(titles(library), "b=Now a scene ");
 }
 
+TEST(Library, FoldersAreNobodysBusiness) {
+    const Library library("/srv/scenes", "/var/lib/tetfront");
+    EXPECT_EQ(library.without_folders("/var/lib/tetfront/recordings/run.tfr: cannot be written"), "run.tfr: cannot be written");
+    EXPECT_EQ(library.without_folders("/var/lib/tetfront/states: cannot be made"), "states: cannot be made");
+    EXPECT_EQ(library.without_folders("of /srv/scenes/a.json and /srv/scenes/b.json"), "of a.json and b.json");
+    EXPECT_EQ(Library("/srv", "/srv/data").without_folders("/srv/data/recordings/run.tfr"), "run.tfr");
+    EXPECT_EQ(Library().without_folders("a/b"), "a/b");
+}
+
 }  // namespace
 }  // namespace tetfront
