@@ -1,13 +1,13 @@
 #pragma once
 // Another process of this program, whose output is read without waiting for it: it draws what would hold up the thread
-// that serves, and a crash or a lack of memory there ends nothing here.
+// that serves, and a crash or a lack of memory there ends nothing here. The simulation goes first: it is nicer than this one.
 //
 //     ChildOutput child(executor, {"render", "run.tfr", "--stdout", "zip"});
 //     child.read(buffer, [](Error error, std::size_t size) { ... });    // again and again, until it fails
-//     std::string problem = child.wait();
+//     child.wait([](ChildOutput::End end) { ... });
 
-#include <array>
-#include <cerrno>
+#include "server/base/child.hpp"
+
 #include <csignal>
 #include <string>
 #include <utility>
@@ -17,15 +17,6 @@
 
 namespace tetfront {
 
-/// The descriptors of a process that runs.
-struct ChildPipes {
-    int process = -1, out = -1, err = -1;
-};
-/// program: its file. Throws OutputError.
-ChildPipes start_child(const std::string& program, std::vector<std::string> words);
-/// Kills it if `kill` says so. Empty when it ended well; otherwise one line: what it wrote to stderr last, or its status.
-std::string end_child(const ChildPipes& child, bool kill);
-
 /// The program that children run, /proc/self/exe; tests, which are another program, set it.
 std::string& child_program();
 
@@ -34,12 +25,7 @@ class ChildOutput {
     /// words: after the program's name. Throws OutputError.
     template <class Executor>
     ChildOutput(const Executor& executor, std::vector<std::string> words)
-        : child_(start_child(child_program(), std::move(words))), out_(executor, child_.out) {}
-    ~ChildOutput() {
-        if (child_.process > 0) end_child(child_, true);
-    }
-    ChildOutput(const ChildOutput&) = delete;
-    ChildOutput& operator=(const ChildOutput&) = delete;
+        : parts_(std::move(words)), out_(executor, parts_.out.read.release()), ended_(executor, parts_.ended.release()) {}
 
     template <class Handler>
     void read(boost::asio::mutable_buffer buffer, Handler handler) {
@@ -49,14 +35,31 @@ class ChildOutput {
     void stop() {
         boost::system::error_code ignored;  // it ends by itself then
         out_.cancel(ignored);
-        if (child_.process > 0) ::kill(child_.process, SIGKILL);
+        parts_.child.signal(SIGKILL);
     }
-    /// After the end of its output. As end_child().
-    std::string wait() { return end_child(std::exchange(child_, {}), false); }
+    struct End {
+        Ending how;
+        std::string problem;  // empty: it ended well; otherwise one line: what it wrote to stderr last, or how it ended
+    };
+    /// After the end of its output, which may be earlier than its own. This must live until `handler` is called.
+    template <class Handler>
+    void wait(Handler handler) {
+        ended_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
+                          [this, handler = std::move(handler)](boost::system::error_code) mutable { handler(parts_.end()); });
+    }
 
  private:
-    ChildPipes child_;
-    boost::asio::posix::stream_descriptor out_;  // owns child_.out
+    struct Parts {
+        explicit Parts(std::vector<std::string> words);
+        End end();
+
+        Pipe out = make_pipe();
+        Descriptor said = make_buffer();  // its stderr: not a pipe, which would have to be read as well
+        Child child;
+        Descriptor ended;  // can be read when it has
+    };
+    Parts parts_;
+    boost::asio::posix::stream_descriptor out_, ended_;
 };
 
 }  // namespace tetfront

@@ -1,6 +1,6 @@
 #pragma once
 // Sends what a child process writes to a client while it writes it, in HTTP chunks. The child never gets ahead by more
-// than a pipe, and ends when a piece cannot be sent to the client any more. Included by server.cpp only, see there.
+// than a pipe, and is stopped when the client leaves. Included by server.cpp only, see there.
 //
 //     const auto child = std::make_shared<ChildStream>(stream, words);
 //     child->start(header, piece, whole, [](ChildStream::End end) { ... });
@@ -8,6 +8,7 @@
 #include "server/net/child_output.hpp"
 
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -16,10 +17,13 @@
 #include <vector>
 
 #include <boost/asio/error.hpp>
+#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
+
+#include <sys/socket.h>
 
 namespace tetfront {
 
@@ -45,43 +49,68 @@ class ChildStream : public std::enable_shared_from_this<ChildStream> {
         header_ = std::move(header), timeout_ = piece, done_ = std::move(done);
         header_.chunked(true);
         deadline_.expires_after(whole);
-        deadline_.async_wait([weak = weak_from_this()](boost::system::error_code error) {
+        deadline_.async_wait([weak = weak_from_this()](Error error) {
             if (const auto self = weak.lock(); self && !error) self->stop();
         });
+        watch();
         read();
     }
     void stop() { child_.stop(); }
 
  private:
+    using Error = boost::system::error_code;
+
+    /// Before the first piece nothing is sent, so nothing else would tell that the client has gone.
+    void watch() {
+        stream_.socket().async_wait(boost::asio::ip::tcp::socket::wait_read, [weak = weak_from_this()](Error error) {
+            const auto self = weak.lock();
+            if (!self || error == boost::asio::error::operation_aborted) return;
+            char next = 0;
+            const ssize_t size = ::recv(self->stream_.socket().native_handle(), &next, 1, MSG_PEEK | MSG_DONTWAIT);
+            if (size < 0 && errno == EAGAIN) return self->watch();
+            if (size > 0) return;  // its next request, behind which its end cannot be seen: the next piece will tell
+            self->gone_ = true;
+            self->stop();  // and reading fails
+        });
+    }
     void read() {
-        child_.read(boost::asio::buffer(piece_), [self = shared_from_this()](boost::system::error_code error, std::size_t size) {
+        child_.read(boost::asio::buffer(piece_), [self = shared_from_this()](Error error, std::size_t size) {
             if (error) return self->on_end(error);
             if (self->began_) return self->send(size);
             self->began_ = true;
             self->stream_.expires_after(self->timeout_);
-            boost::beast::http::async_write_header(self->stream_, self->serializer_, [self, size](boost::system::error_code failed, std::size_t) {
-                failed ? self->end({Outcome::broken, ""}) : self->send(size);
+            boost::beast::http::async_write_header(self->stream_, self->serializer_, [self, size](Error failed, std::size_t) {
+                failed ? self->lose() : self->send(size);
             });
         });
     }
     void send(std::size_t size) {
         stream_.expires_after(timeout_);
         boost::asio::async_write(stream_, boost::beast::http::make_chunk(boost::asio::const_buffer(piece_.data(), size)),
-                                 [self = shared_from_this()](boost::system::error_code error, std::size_t) {
-                                     error ? self->end({Outcome::broken, ""}) : self->read();
+                                 [self = shared_from_this()](Error error, std::size_t) {
+                                     error ? self->lose() : self->read();
                                  });
     }
-    void on_end(boost::system::error_code error) {
+    /// What was drawn cannot be sent.
+    void lose() {
+        gone_ = true;
+        on_end(boost::asio::error::operation_aborted);
+    }
+    void on_end(Error error) {
         if (error != boost::asio::error::eof) child_.stop();
-        stream_.expires_after(timeout_);
-        std::string problem = child_.wait();
-        if (!problem.empty()) return end({began_ ? Outcome::broken : Outcome::refused, std::move(problem)});
-        boost::asio::async_write(stream_, boost::beast::http::make_chunk_last(), [self = shared_from_this()](boost::system::error_code error, std::size_t) {
-            self->end({error ? Outcome::broken : Outcome::sent, ""});
+        child_.wait([self = shared_from_this()](ChildOutput::End end) {
+            if (!end.problem.empty() || self->gone_)
+                return self->end({self->began_ || self->gone_ ? Outcome::broken : Outcome::refused, std::move(end.problem)});
+            self->stream_.expires_after(self->timeout_);
+            boost::asio::async_write(self->stream_, boost::beast::http::make_chunk_last(), [self](Error failed, std::size_t) {
+                self->end({failed ? Outcome::broken : Outcome::sent, ""});
+            });
         });
     }
     void end(End how) {
         deadline_.cancel();
+        Error ignored;  // closed already
+        stream_.socket().cancel(ignored);
         std::exchange(done_, nullptr)(std::move(how));
     }
 
@@ -92,7 +121,7 @@ class ChildStream : public std::enable_shared_from_this<ChildStream> {
     boost::beast::http::response_serializer<boost::beast::http::empty_body> serializer_{header_};
     std::chrono::milliseconds timeout_{};
     std::function<void(End)> done_;
-    bool began_ = false;
+    bool began_ = false, gone_ = false;
     std::array<char, 64 * 1024> piece_{};
 };
 

@@ -36,7 +36,7 @@ std::optional<Export> find_export(const Library& library, std::string_view path,
     const SnapshotQuery wanted = parse_snapshot_query(query, {});
     Export result{.words = {"render", recording->path.string(), "--stdout", std::string(kind->format), "--size",
                             std::to_string(wanted.width) + "x" + std::to_string(wanted.height),
-                            "--command", "tetfront render " + recording->path.filename().string()},
+                            "--threads", "1", "--command", "tetfront render " + recording->path.filename().string()},
                   .content_type = std::string(kind->content_type),
                   .file = recording->path.stem().string() + "." + std::string(kind->format)};
     if (!wanted.view_text.empty()) {

@@ -195,7 +195,11 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
         }
         if (!wanted) return refuse(http::status::not_found, "there is no such recording", keep_alive);
         if (request.version() < 11) return refuse(http::status::http_version_not_supported, "use HTTP/1.1: it comes in chunks", keep_alive);
-        if (request.method() == http::verb::head) return answer("", keep_alive, wanted->content_type.c_str());
+        ChildStream::Header header(http::status::ok, 11);
+        set_headers(header, keep_alive);
+        header.set(http::field::content_type, wanted->content_type);
+        header.set(http::field::content_disposition, "attachment; filename=\"" + wanted->file + "\"");
+        if (request.method() == http::verb::head) return send_head(std::move(header), keep_alive);
         if (hub_.exports >= Hub::most_exports) {
             Response response = make(http::status::too_many_requests, "other recordings are being drawn; try again later\n", keep_alive);
             response.set(http::field::retry_after, "10");
@@ -207,10 +211,6 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
             return refuse(http::status::service_unavailable, error.what(), keep_alive);
         }
         ++hub_.exports;
-        ChildStream::Header header(http::status::ok, 11);
-        set_headers(header, keep_alive);
-        header.set(http::field::content_type, wanted->content_type);
-        header.set(http::field::content_disposition, "attachment; filename=\"" + wanted->file + "\"");
         child_->start(std::move(header), timeouts_.request, timeouts_.download, [self = shared_from_this(), keep_alive](const ChildStream::End& end) {
             --self->hub_.exports;
             self->child_.reset();
@@ -220,6 +220,22 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
                 self->read();
             else
                 self->finish();
+        });
+    }
+
+    /// Of an answer that would come in chunks: how long it would be is not known.
+    void send_head(ChildStream::Header header, bool keep_alive) {
+        header.chunked(true);
+        const auto kept = std::make_shared<ChildStream::Header>(std::move(header));
+        const auto serializer = std::make_shared<http::response_serializer<http::empty_body>>(*kept);
+        stream_.expires_after(timeouts_.request);
+        http::async_write_header(stream_, *serializer, [self = shared_from_this(), kept, serializer, keep_alive](Error error, std::size_t) {
+            if (error)
+                self->finish();
+            else if (keep_alive)
+                self->read();
+            else
+                self->linger();
         });
     }
 

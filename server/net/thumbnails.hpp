@@ -11,6 +11,7 @@
 
 #include "engine/base/atomic_file.hpp"
 #include "engine/scene/json_document.hpp"
+#include "server/base/exit_status.hpp"
 #include "server/net/child_output.hpp"
 #include "server/net/hub.hpp"
 #include "server/session/library.hpp"
@@ -83,18 +84,18 @@ class Thumbnails {
         if (child_ || queue_.empty()) return;
         job_ = std::move(queue_.front());
         queue_.pop_front();
-        png_.clear();
         try {
             child_ = std::make_unique<ChildOutput>(
                 executor_, std::vector<std::string>{"render", job_.scene.string(), "--frames", "1", "--size", "320x200", "--stdout", "png", "--overlay",
                                                     "none", "--colour", "stiffness", "--set", "levels=0", "--set", "front/order=1", "--no-cache",
                                                     "--threads", "1", "--command", "tetfront render " + job_.name});
         } catch (const OutputError& error) {
-            return finish(error.what());
+            return finish({{}, error.what()});
         }
         deadline_.expires_after(longest);
         deadline_.async_wait([this](boost::system::error_code error) {
-            if (!error && child_) child_->stop();
+            // What was under way already when it was cancelled belongs to another picture than the present one.
+            if (!error && child_ && deadline_.expiry() <= std::chrono::steady_clock::now()) child_->stop();
         });
         read();
     }
@@ -105,16 +106,16 @@ class Thumbnails {
                 return read();
             }
             if (error != boost::asio::error::eof) child_->stop();  // too large, or not to be read
-            finish(child_->wait());
+            child_->wait([this](const ChildOutput::End& end) { finish(end); });
         });
     }
-    /// problem: empty when png_ is whole.
-    void finish(const std::string& problem) {
+    /// end.problem: empty when png_ is whole.
+    void finish(const ChildOutput::End& end) {
         child_.reset();
         deadline_.cancel();
         if (stopped_) return;
-        if (!problem.empty()) {
-            spdlog::warn("the scene {} has no picture in the list: {}", job_.name, problem);
+        if (!end.problem.empty()) {
+            spdlog::warn("the scene {} has no picture in the list: {}", job_.name, end.problem);
             png_.clear();
         } else if (library_.keeps()) {
             try {
@@ -123,7 +124,9 @@ class Thumbnails {
                 spdlog::warn("{}", error.what());  // and it is drawn again after a restart
             }
         }
-        const std::string& made = (known_[job_.name] = {job_.made, std::move(png_)}).png;
+        const std::string made = std::exchange(png_, "");
+        // A lack of memory or time may pass; what is wrong with the scene stays until its file is another.
+        if (!made.empty() || end.how.status == exit_bad_input) known_[job_.name] = {job_.made, made};
         const auto node = waiting_.extract(job_.name);
         if (!node.empty())
             for (const auto& done : node.mapped()) done(made);

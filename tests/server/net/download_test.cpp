@@ -8,7 +8,11 @@
 #include "tests/support/pictures.hpp"
 #include "tests/support/project.hpp"
 
+#include <csignal>
 #include <cstdlib>
+#include <future>
+
+#include <sys/resource.h>
 
 namespace tetfront {
 namespace {
@@ -36,10 +40,27 @@ class DownloadTest : public ServerTest {
         ASSERT_EQ(client.command({{"id", 3}, {"command", "record_stop"}})["type"], "ok");
         ASSERT_EQ(Recording(data_.path() / "recordings" / "run.tfr").frame_count(), static_cast<std::size_t>(frames));
     }
+    /// From now on this runs instead of our own program. $0.NAME are files of its own.
+    std::filesystem::path run_instead(const std::string& script) {
+        const auto file = programs_.write("program", "#!/bin/sh\n" + script + "\n");
+        std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+        child_program() = file.string();
+        return file;
+    }
+    /// Waits until the program has written this file of its own.
+    std::string file_of(const std::filesystem::path& program, const char* name) {
+        std::string text;
+        for (int wait = 0; wait < 500 && !text.ends_with('\n'); ++wait) {
+            std::this_thread::sleep_for(20ms);
+            std::ifstream in(program.string() + "." + name);
+            text = {std::istreambuf_iterator<char>(in), {}};
+        }
+        return text;
+    }
     /// Programs are looked for in this folder alone.
     void only_programs_of(const std::filesystem::path& folder) { ::setenv("PATH", folder.c_str(), 1); }
 
-    TemporaryFolder scenes_, data_;
+    TemporaryFolder scenes_, data_, programs_;
     const std::string path_ = std::getenv("PATH") ? std::getenv("PATH") : "";
 };
 
@@ -59,11 +80,13 @@ TEST_F(DownloadTest, ARecordingComesAsPicturesInAZipFile) {
         EXPECT_LT(image.pixel(0, 0)[0], 100) << "as the view says";
     }
     EXPECT_FALSE(std::filesystem::exists(file.parent_path() / "000005.png"));
-    EXPECT_EQ(request(http::verb::head, "/recordings/run.tfr/frames.zip").result_int(), 200U);
     const auto moving = find_export(Library({}, data_.path()), "/recordings/run.tfr/frames.zip",
                                     "view=%7B%22keyframes%22%3A%5B%7B%22time%22%3A0%2C%22eye%22%3A%5B9%2C0%2C0%5D%2C%22target%22%3A%5B0%2C0%2C0%5D%7D%5D%7D");
     ASSERT_TRUE(moving);
     EXPECT_EQ(moving->words.back(), "keyframes") << "the camera moves as the view says";
+    const auto threads = std::ranges::find(moving->words, "--threads");
+    ASSERT_LT(threads, moving->words.end() - 1);
+    EXPECT_EQ(threads[1], "1") << "the simulation wants the others";
     // What the server tells does not change what is on its disk.
     EXPECT_EQ(Library({}, data_.path()).recordings().size(), 1U);
 }
@@ -142,6 +165,93 @@ TEST_F(DownloadTest, AreBoundedAndEndWithTheirClient) {
     tcp::socket again = connect();
     asio::write(again, asio::buffer(ask));
     stop();  // while it is being drawn: returns
+}
+
+TEST_F(DownloadTest, TheHeadOfADownloadIsThatOfTheDownload) {
+    start_with_library();
+    record(2);
+    const std::string rest = " HTTP/1.1\r\nHost: " + host() + "\r\n";
+    const std::string answers = exchange("HEAD /recordings/run.tfr/frames.zip" + rest + "\r\nGET /healthz" + rest + "Connection: close\r\n\r\n");
+    const std::string head = answers.substr(0, answers.find("\r\n\r\n") + 4), next = answers.substr(head.size());
+    EXPECT_EQ(head.substr(0, 12), "HTTP/1.1 200");
+    EXPECT_NE(head.find("application/zip"), std::string::npos) << head;
+    EXPECT_NE(head.find("Transfer-Encoding: chunked"), std::string::npos) << head;
+    EXPECT_EQ(head.find("Content-Length"), std::string::npos) << "nobody knows it: " << head;
+    EXPECT_EQ(next.substr(0, 12), "HTTP/1.1 200") << "nothing but the header was sent: " << next;
+}
+
+TEST_F(DownloadTest, AClientThatLeavesWhileNothingComesEndsTheProcess) {
+    start_with_library();
+    record(2);
+    const auto program = run_instead("echo $$ > $0.process; exec sleep 1000");
+    pid_t process = 0;
+    {
+        tcp::socket reader = connect();
+        asio::write(reader, asio::buffer("GET /recordings/run.tfr/frames.zip HTTP/1.1\r\nHost: " + host() + "\r\n\r\n"));
+        process = std::stoi("0" + file_of(program, "process"));
+        ASSERT_GT(process, 0);
+        EXPECT_EQ(::kill(process, 0), 0);
+    }
+    for (int wait = 0; wait < 500 && ::kill(process, 0) == 0; ++wait) std::this_thread::sleep_for(20ms);
+    EXPECT_NE(::kill(process, 0), 0);
+}
+
+TEST_F(DownloadTest, ARequestBehindADownloadIsAnsweredAfterIt) {
+    start_with_library();
+    record(2);
+    run_instead("sleep 0.3; echo drawn");
+    const std::string rest = " HTTP/1.1\r\nHost: " + host() + "\r\n";
+    const std::string answers = exchange("GET /recordings/run.tfr/frames.zip" + rest + "\r\nGET /healthz" + rest + "Connection: close\r\n\r\n");
+    const std::size_t drawn = answers.find("\r\n\r\n6\r\ndrawn\n\r\n0\r\n\r\nHTTP/1.1 200");
+    EXPECT_NE(drawn, std::string::npos) << answers;
+    EXPECT_EQ(answers.substr(answers.size() - 3), "ok\n");
+}
+
+TEST_F(DownloadTest, WhatAProcessSaysHoldsItNotUpAndItsLastLineIsTheReason) {
+    start_with_library();
+    record(2);
+    const std::string talk = "head -c 300000 /dev/zero | tr '\\0' x >&2; echo >&2; ";
+    run_instead(talk + "echo drawn");
+    EXPECT_EQ(request(http::verb::get, "/recordings/run.tfr/frames.zip").body(), "drawn\n");
+    run_instead(talk + "echo there is no more >&2; exit 2");
+    const auto refused = request(http::verb::get, "/recordings/run.tfr/frames.zip");
+    EXPECT_EQ(refused.result_int(), 422U);
+    EXPECT_EQ(refused.body(), "there is no more\n");
+}
+
+TEST_F(DownloadTest, AProcessThatTakesLongToEndHoldsNobodyUp) {
+    start_with_library();
+    record(2);
+    const auto program = run_instead("echo drawn; exec >&-; echo >$0.drawn; until [ -e $0.end ]; do sleep 0.02; done; exit 3");
+    tcp::socket reader = connect();
+    asio::write(reader, asio::buffer("GET /recordings/run.tfr/frames.zip HTTP/1.1\r\nHost: " + host() + "\r\n\r\n"));
+    file_of(program, "drawn");
+    auto other = std::async(std::launch::async, [&] { return request(http::verb::get, "/readyz").result_int(); });
+    EXPECT_EQ(other.wait_for(10s), std::future_status::ready);
+    programs_.write("program.end", "");
+    EXPECT_EQ(other.get(), 200U);
+    std::string answer;
+    Error error;
+    asio::read(reader, asio::dynamic_buffer(answer), error);
+    EXPECT_TRUE(answer.ends_with("6\r\ndrawn\n\r\n")) << "and without its end, as the process has failed: " << answer;
+}
+
+TEST_F(DownloadTest, TheSimulationGoesFirst) {
+    start_with_library();
+    record(2);
+    run_instead("sleep 0.2; nice");
+    const int mine = ::getpriority(PRIO_PROCESS, 0);
+    EXPECT_EQ(request(http::verb::get, "/recordings/run.tfr/frames.zip").body(), std::to_string(std::min(19, mine + 10)) + "\n");
+}
+
+TEST_F(DownloadTest, OnlyWhatIsWrongWithASceneIsRemembered) {
+    start_with_library();
+    const auto program = run_instead("echo $2 >> $0.starts; if [ $(wc -l < $0.starts) = 1 ]; then kill -9 $$; fi; exec " + program_path() + " \"$@\"");
+    EXPECT_EQ(request(http::verb::get, "/thumbnails/small.png").result_int(), 204U) << "it was killed";
+    EXPECT_EQ(request(http::verb::get, "/thumbnails/small.png").result_int(), 200U) << "not this time";
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(request(http::verb::get, "/thumbnails/bad.png").result_int(), 204U);
+    const std::string starts = file_of(program, "starts");
+    EXPECT_EQ(std::ranges::count(starts, '\n'), 3) << "the bad one is not tried again: " << starts;
 }
 
 TEST_F(DownloadTest, ScenesHaveThumbnailsThatAreKept) {
