@@ -216,21 +216,24 @@ void Hub::broadcast_state() {
     set_all(Outbox::Slot::state, share(state_event(*state_, viewers_.size())));
 }
 
-/// Encodes each kind when the first viewer wants it. Belongs to the moment, so kinds that nobody wants cost nothing.
+/// Encodes each kind when the first viewer wants it, compressed ones from the others. Belongs to the moment, so kinds that
+/// nobody wants cost nothing.
 std::function<SharedBytes(FrameKind)> Hub::frame_encoder() {
     auto encoded = std::make_shared<std::map<FrameKind, SharedBytes>>();
     return [this, plain = frame_, coloured = coloured_, generation = generation_, sequence = sequence_, encoded](FrameKind kind) {
         const auto shot = std::ranges::find(coloured, kind.field, [](const auto& frame) { return frame->field; });
         const Frame& frame = shot == coloured.end() ? *plain : **shot;
-        kind.field = frame.field;
-        SharedBytes& bytes = (*encoded)[kind];
-        if (bytes) return bytes;
-        const auto start = std::chrono::steady_clock::now();
-        std::string message = encode_frame(frame, generation, sequence);
-        bytes = share(kind.compressed ? compress_frame(message) : std::move(message));
-        ++metrics.frames_encoded;
-        metrics.encode_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        return bytes;
+        const auto once = [&](FrameKind wanted, const auto& make) -> const SharedBytes& {
+            SharedBytes& bytes = (*encoded)[wanted];
+            if (bytes) return bytes;
+            const auto start = std::chrono::steady_clock::now();
+            bytes = share(make());
+            ++metrics.frames_encoded;
+            metrics.encode_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            return bytes;
+        };
+        const SharedBytes& bytes = once({frame.field, false}, [&] { return encode_frame(frame, generation, sequence); });
+        return kind.compressed ? once({frame.field, true}, [&] { return compress_frame(*bytes); }) : bytes;
     };
 }
 
