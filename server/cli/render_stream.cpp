@@ -26,6 +26,10 @@ void check_stream(const RenderOptions& options) {
 }
 
 int render_to_stdout(Work& work, const std::string& format, int threads) {
+    const int count = work.numbers.last - work.numbers.first + 1;
+    if (format == "zip" && count > static_cast<int>(ZipWriter::most_files))
+        throw InputError("--stdout", "zip", "holds 65,535 files, and these are " + std::to_string(count) + " pictures",
+                         "take a part of them with --frames, or fewer with --every");
     std::signal(SIGPIPE, SIG_IGN);  // a reader that has gone is an error of writing, which says so
     const View& view = work.sequence.view;
     const auto to_stdout = [](std::string_view bytes) {
@@ -45,7 +49,6 @@ int render_to_stdout(Work& work, const std::string& format, int threads) {
             video ? video->add(png) : to_stdout(png);
     };
     for (int i = work.numbers.first; i <= work.numbers.last; ++i) work.sequence.numbers.push_back(i);
-    const int count = static_cast<int>(work.sequence.numbers.size());
     FrameProgress progress(count, ::isatty(STDERR_FILENO) == 0);
     const SequenceReport report = render_sequence(work.sequence, work.source, [&](int written) {
         progress.show(written);

@@ -15,7 +15,7 @@ namespace tetfront {
 void check_stream(const RenderOptions& options);
 
 /// format: "zip", "png" (one after the other) or "mp4". threads: of ffmpeg, 0: as it likes. Returns an exit status. Throws
-/// OutputError, also when there is no ffmpeg for a video.
+/// OutputError, also when there is no ffmpeg for a video; InputError for more pictures than a zip file holds.
 int render_to_stdout(Work& work, const std::string& format, int threads);
 
 }  // namespace tetfront

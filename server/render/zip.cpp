@@ -38,7 +38,7 @@ std::string description(std::string_view name, std::string_view bytes) {
 
 void ZipWriter::add(std::string_view name, std::string_view bytes) {
     constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();
-    if (files_ == 0xffff || size_ + bytes.size() + directory_.size() + 1024 > most)
+    if (files_ == most_files || size_ + bytes.size() + directory_.size() + 1024 > most)
         throw OutputError("a zip archive holds 65,535 files and 4 GiB: take fewer frames or a smaller size");
     const std::uint64_t offset = size_;
     const std::string common = description(name, bytes);

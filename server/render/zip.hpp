@@ -18,6 +18,7 @@ namespace tetfront {
 class ZipWriter {
  public:
     using Sink = std::function<void(std::string_view bytes)>;
+    static constexpr std::uint32_t most_files = 0xffff;
     explicit ZipWriter(Sink sink) : sink_(std::move(sink)) {}
 
     /// name: of ASCII characters. Throws OutputError when the archive would become too large; and what the sink throws.

@@ -68,6 +68,13 @@ TEST_F(RenderStream, WhatBelongsToADirectoryIsRefused) {
     EXPECT_EQ(render({"--stdout", "tar"}).status, 2);
 }
 
+TEST_F(RenderStream, MorePicturesThanAZipFileHoldsAreRefusedBeforeTheFirst) {
+    const auto result = ChildProcess({program_path(), "render", scene_, "--frames", "65536", "--size", "96x64", "--stdout", "zip"}).wait();
+    EXPECT_EQ(result.status, 2);
+    EXPECT_EQ(result.out, "");
+    EXPECT_NE(result.err.find("65,535 files"), std::string::npos) << result.err;
+}
+
 TEST_F(RenderStream, AReaderThatLeavesIsStatusFour) {
     const auto result = ChildProcess({"/bin/sh", "-c", "\"$0\" render \"$1\" --frames 500 --size 640x360 --stdout zip | head -c 100 > /dev/null",
                                       program_path(), scene_}).wait();

@@ -1,5 +1,6 @@
 #include "server/render/zip.hpp"
 
+#include "engine/base/atomic_file.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -46,7 +47,23 @@ TEST(Zip, ChecksumIsTheStandards) {
     EXPECT_EQ(bytes.substr(entry + 16, 4), bytes.substr(14, 4)) << "and the same in the table of contents";
 }
 
-TEST(Zip, SameFilesGiveSameBytes) { EXPECT_EQ(archive({{"a", "b"}}), archive({{"a", "b"}})); }
+TEST(Zip, SaysNothingAboutWhenItWasMade) {
+    const std::string bytes = archive({{"a", "b"}});
+    const std::size_t entry = bytes.find("PK\1\2");
+    ASSERT_NE(entry, std::string::npos);
+    const std::string first_of_1980("\0\0\x21\0", 4);  // time and date as MS-DOS has them
+    EXPECT_EQ(bytes.substr(10, 4), first_of_1980);
+    EXPECT_EQ(bytes.substr(entry + 12, 4), first_of_1980);
+}
+
+TEST(Zip, MoreFilesThanTheFormatCountsAreRefused) {
+    std::size_t written = 0;
+    ZipWriter zip([&](std::string_view part) { written += part.size(); });
+    for (std::uint32_t i = 0; i < ZipWriter::most_files; ++i) zip.add("a", "");
+    const std::size_t before = written;
+    EXPECT_THROW(zip.add("a", ""), OutputError);
+    EXPECT_EQ(written, before);
+}
 
 }  // namespace
 }  // namespace tetfront
