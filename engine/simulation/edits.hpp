@@ -2,7 +2,7 @@
 // What users have changed of a running simulation beyond its scene, as plain data: forces, pins, stiffness, damping.
 //
 //     Edits edits = simulation.edits();
-//     edits.stiffness_scale = 2;
+//     edits.stiffness_scale = 2, edits.stiffness.push_back({point, 0.02, 10});
 //     edits.forces[7] = {{triangle, barycentric}, {0, 0, -5}};
 //     edits.pins.push_back({true, point, 0.02});
 //     simulation.set_edits(edits);
@@ -30,6 +30,14 @@ struct PinEdit {
     friend bool operator==(const PinEdit&, const PinEdit&) = default;
 };
 
+/// Leaves whose middle is within `radius` of this point of the object at rest are `scale` times as stiff as the scene says.
+struct StiffnessEdit {
+    SurfacePoint centre;
+    double radius = 0;  // [m] >= 0
+    double scale = 1;   // 0.01..100
+    friend bool operator==(const StiffnessEdit&, const StiffnessEdit&) = default;
+};
+
 struct SurfaceForce {
     SurfacePoint at;
     Vec3 value = Vec3::Zero();  // [N]
@@ -38,6 +46,7 @@ struct SurfaceForce {
 
 struct Edits {
     double stiffness_scale = 1;    // 0.01..100, times every elasticity matrix
+    std::vector<StiffnessEdit> stiffness;  // on top of that; the last one that holds a leaf counts
     double mass_damping = 0;       // 0..1000 [1/s] added to every material's Rayleigh coefficient
     double stiffness_damping = 0;  // 0..10 [s] the same
     std::vector<PinEdit> pins;     // in the order in which they were made: the last word on a vertex counts

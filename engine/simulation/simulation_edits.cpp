@@ -1,5 +1,6 @@
 // Commands that change what is simulated while it moves: edits beyond the scene, and the order of the tets.
 #include "engine/base/error.hpp"
+#include "engine/simulation/edited_materials.hpp"
 #include "engine/simulation/pulls.hpp"
 #include "engine/simulation/simulation_impl.hpp"
 
@@ -11,34 +12,6 @@ void check(bool good, const char* where, const char* remedy) {
     if (!good) throw InputError("", where, "is out of range", remedy);
 }
 
-PooledPerTet<Sym6> scaled(const PooledPerTet<Sym6>& matrices, double factor) {
-    std::vector<Sym6> values = matrices.values();
-    for (Sym6& c : values)
-        for (double& entry : c.upper) entry *= factor;
-    return {std::move(values), matrices.numbers()};
-}
-
-PerTet<double> increased(PerTet<double> coefficients, double by, std::size_t tets) {
-    if (by == 0) return coefficients;
-    if (coefficients.empty()) coefficients.resize(tets, 0);
-    for (TetId t : ids<TetId>(tets)) coefficients[t] += by;
-    return coefficients;
-}
-
-/// Null: nothing differs from the model.
-std::shared_ptr<const ElasticityMatrices> edited(const Model& model, const Edits& edits) {
-    if (edits.stiffness_scale == 1 && edits.mass_damping == 0 && edits.stiffness_damping == 0) return nullptr;
-    const std::size_t tets = model.tree.tet_count();
-    const ElasticityMatrices& m = model.matrices;
-    return std::make_shared<const ElasticityMatrices>(
-        ElasticityMatrices{.elasticity = scaled(m.elasticity, edits.stiffness_scale),
-                           .bracket = scaled(m.bracket, edits.stiffness_scale),
-                           .valid_range = m.valid_range,
-                           .mass_damping = increased(m.mass_damping, edits.mass_damping, tets),
-                           .stiffness_damping = increased(m.stiffness_damping, edits.stiffness_damping, tets),
-                           .report = {}});
-}
-
 }  // namespace
 
 void interpolate_absent(const Front& front, PerVertex<Vec3>& field) {
@@ -47,7 +20,12 @@ void interpolate_absent(const Front& front, PerVertex<Vec3>& field) {
 }
 
 void Simulation::Impl::set_edits(const Edits& wanted) {
-    check(wanted.stiffness_scale >= 0.01 && wanted.stiffness_scale <= 100, "/value", "use a scale of 0.01 to 100");
+    const auto check_scale = [](double scale) { check(scale >= 0.01 && scale <= 100, "/value", "use a scale of 0.01 to 100"); };
+    const auto check_place = [&](const SurfacePoint& centre, double radius) {
+        check(radius >= 0 && radius <= 1e6, "/radius", "use 0 to 1e6 m");
+        rest_position(*model, centre);
+    };
+    check_scale(wanted.stiffness_scale);
     check(wanted.mass_damping >= 0 && wanted.mass_damping <= 1000, "/mass", "use 0 to 1000 1/s");
     check(wanted.stiffness_damping >= 0 && wanted.stiffness_damping <= 10, "/stiffness", "use 0 to 10 s");
     std::vector<PointLoad> forces;
@@ -55,18 +33,16 @@ void Simulation::Impl::set_edits(const Edits& wanted) {
         check(force.value.allFinite() && force.value.cwiseAbs().maxCoeff() <= 1e9, "/value", "use three numbers within 1e9 N");
         forces.push_back({attach(*model, force.at), force.value});
     }
-    for (const PinEdit& pin : wanted.pins) {
-        check(pin.radius >= 0 && pin.radius <= 1e6, "/radius", "use 0 to 1e6 m");
-        rest_position(*model, pin.centre);
-    }
+    for (const PinEdit& pin : wanted.pins) check_place(pin.centre, pin.radius);
+    for (const StiffnessEdit& edit : wanted.stiffness) check_scale(edit.scale), check_place(edit.centre, edit.radius);
     const Edits before = std::exchange(edits, wanted);
     edit_forces = std::move(forces);
-    const bool other_materials = before.stiffness_scale != edits.stiffness_scale || before.mass_damping != edits.mass_damping ||
-                                 before.stiffness_damping != edits.stiffness_damping;
+    const bool other_materials = before.stiffness_scale != edits.stiffness_scale || before.stiffness != edits.stiffness ||
+                                 before.mass_damping != edits.mass_damping || before.stiffness_damping != edits.stiffness_damping;
     const bool other_pins = before.pins != edits.pins;
     if (!other_materials && !other_pins) return;
     if (other_materials) {
-        edited_matrices = edited(*model, edits);
+        edited_matrices = edited_materials(*model, edits);
         const double scale = edits.stiffness_scale / before.stiffness_scale;
         adapt_settings.energy_floor *= scale;
         adaptivity = Adaptivity(matrices(), pins.unresolved);

@@ -202,7 +202,15 @@ const std::vector<std::pair<std::string_view, Reader>>& readers() {
         {"force_remove", [](Members& m) { return command::ForceRemove{force_number(m)}; }},
         {"pin", [](Members& m) { return pin(m, true); }},
         {"unpin", [](Members& m) { return pin(m, false); }},
-        {"stiffness_scale", [](Members& m) { return command::StiffnessScale{m.real("value", 0.01, 100)}; }},
+        {"stiffness_scale",
+         [](Members& m) {
+             command::StiffnessScale scale{m.real("value", 0.01, 100), std::nullopt};
+             if (m.has("triangle") || m.has("barycentric") || m.has("radius")) {
+                 const SurfacePoint point = surface_point(m);
+                 scale.part = {point, m.real("radius", 0, max_coordinate)};
+             }
+             return scale;
+         }},
         {"damping",
          [](Members& m) {
              const double mass = m.real("mass", 0, 1000);

@@ -263,7 +263,7 @@ std::string settings_event(const SessionState& state) {
         object["triangle"] = point.triangle;
         object["barycentric"] = array(point.barycentric);
     };
-    Json forces = Json::array(), pins = Json::array();
+    Json forces = Json::array(), pins = Json::array(), parts = Json::array();
     for (const auto& [number, force] : state.edits.forces) {
         Json& entry = forces.emplace_back(Json{{"force", number}});
         place(entry, force.at);
@@ -274,10 +274,16 @@ std::string settings_event(const SessionState& state) {
         place(entry, pin.centre);
         entry["radius"] = pin.radius;
     }
+    for (const StiffnessEdit& part : state.edits.stiffness) {
+        Json& entry = parts.emplace_back(Json{{"value", part.scale}});
+        place(entry, part.centre);
+        entry["radius"] = part.radius;
+    }
     const command::Budget& budget = state.budget;
     return text({{"type", "settings"},
                  {"order", state.order},
                  {"stiffness_scale", state.edits.stiffness_scale},
+                 {"stiffness_parts", std::move(parts)},
                  {"damping", {{"mass", state.edits.mass_damping}, {"stiffness", state.edits.stiffness_damping}}},
                  {"budget",
                   {{"tets", budget.tets < command::Budget{}.tets ? Json(budget.tets) : Json(nullptr)},

@@ -72,6 +72,11 @@ struct Pin {  ///< what is within `radius` of this point at rest stays where it 
 };
 struct StiffnessScale {
     double value = 1;  // 0.01..100
+    struct Part {      ///< what is within `radius` of this point at rest
+        SurfacePoint point;
+        double radius = 0;  // [m]
+    };
+    std::optional<Part> part;  // none: everywhere
 };
 struct Damping {  ///< Rayleigh damping on top of the materials' own
     double mass = 0;       // 0..1000 1/s

@@ -66,7 +66,9 @@ struct Writer {
         return json;
     }
     std::optional<Json> operator()(const command::StiffnessScale& c) const {
-        return Json{{"command", "stiffness_scale"}, {"value", c.value}};
+        Json json{{"command", "stiffness_scale"}, {"value", c.value}};
+        if (c.part) put(json, c.part->point), json["radius"] = c.part->radius;
+        return json;
     }
     std::optional<Json> operator()(const command::Damping& c) const {
         return Json{{"command", "damping"}, {"mass", c.mass}, {"stiffness", c.stiffness}};

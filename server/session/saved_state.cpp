@@ -27,7 +27,7 @@ SurfacePoint place(const Json& object) {
 
 Json head_of(const SavedState& state) {
     const Edits& edits = state.edits;
-    Json forces = Json::array(), pins = Json::array();
+    Json forces = Json::array(), pins = Json::array(), stiffness = Json::array();
     for (const auto& [number, force] : edits.forces) {
         Json entry = place(force.at);
         entry["force"] = number, entry["value"] = array(force.value);
@@ -38,6 +38,11 @@ Json head_of(const SavedState& state) {
         entry["pinned"] = pin.pinned, entry["radius"] = pin.radius;
         pins.push_back(std::move(entry));
     }
+    for (const StiffnessEdit& part : edits.stiffness) {
+        Json entry = place(part.centre);
+        entry["scale"] = part.scale, entry["radius"] = part.radius;
+        stiffness.push_back(std::move(entry));
+    }
     Json head;
     head["tetfront_state"] = format_version;
     head["scene"] = state.scene;
@@ -46,6 +51,7 @@ Json head_of(const SavedState& state) {
     head["stiffness_scale"] = edits.stiffness_scale;
     head["mass_damping"] = edits.mass_damping;
     head["stiffness_damping"] = edits.stiffness_damping;
+    head["stiffness"] = std::move(stiffness);
     head["forces"] = std::move(forces);
     head["pins"] = std::move(pins);
     return head;
@@ -66,6 +72,8 @@ SavedState read_head(std::istream& in, const std::filesystem::path& file) {
         state.edits.stiffness_damping = head.at("stiffness_damping").get<double>();
         for (const Json& force : head.at("forces"))
             state.edits.forces[force.at("force").get<std::uint32_t>()] = {place(force), vector(force.at("value"))};
+        for (const Json& part : head.value("stiffness", Json::array()))  // earlier versions had none
+            state.edits.stiffness.push_back({place(part), part.at("radius").get<double>(), part.at("scale").get<double>()});
         for (const Json& pin : head.at("pins"))
             state.edits.pins.push_back({pin.at("pinned").get<bool>(), place(pin), pin.at("radius").get<double>()});
     } catch (const Json::exception&) {

@@ -16,7 +16,7 @@ namespace tetfront {
 namespace {
 
 constexpr int largest_backlog = 100'000;
-constexpr std::size_t max_forces = 64, max_pins = 256;
+constexpr std::size_t max_forces = 64, max_pins = 256, max_stiffness = 64;
 
 /// SCENE-20260131-235959, in UTC.
 std::string dated_name(const std::string& scene) {
@@ -144,7 +144,17 @@ std::optional<CommandError> Session::apply(ClientId client, const Command& comma
                        return {};
                    },
                    [&](const command::StiffnessScale& scale) -> Result {
-                       edit([&](Edits& e) { e.stiffness_scale = scale.value; });
+                       Edits wanted = edits_;
+                       if (!scale.part) {
+                           wanted.stiffness_scale = scale.value;
+                       } else {
+                           const StiffnessEdit part{scale.part->point, scale.part->radius, scale.value};
+                           std::erase_if(wanted.stiffness, [&](const StiffnessEdit& e) { return e.centre == part.centre && e.radius == part.radius; });
+                           if (wanted.stiffness.size() >= max_stiffness)
+                               return CommandError{"too_many", "", "parts have 64 stiffnesses already; load the scene to begin anew"};
+                           wanted.stiffness.push_back(part);
+                       }
+                       edit([&](Edits& e) { e = wanted; });
                        return {};
                    },
                    [&](const command::Damping& damping) -> Result {

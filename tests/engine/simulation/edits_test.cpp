@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/error.hpp"
+#include "engine/simulation/pulls.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace tetfront {
@@ -36,16 +37,13 @@ void step(Simulation& simulation, int count) {
     for (int i = 0; i < count; ++i) simulation.step();
 }
 
-/// Mean of a small deflection under gravity that has come to rest, at order 2 on a fixed front.
-double sag(double scale) {
-    Simulation simulation(cantilever_model({{"/gravity", "[0, 0, -0.05]"}, {"/front/max_level", "0"}}));
+/// Of the tip under little gravity, at order 2 on a fixed front.
+double sag(const Edits& edits, const char* level = "0") {
+    Simulation simulation(cantilever_model({{"/gravity", "[0, 0, -0.05]"}, {"/front/min_level", level}, {"/front/max_level", level}}));
     const std::uint32_t tip = tip_of(simulation);
     const double rest = centre(simulation, tip).z();
-    Edits edits;
-    edits.stiffness_scale = scale;
-    edits.mass_damping = 5;  // about critical
     simulation.set_edits(edits);
-    step(simulation, 400);
+    EXPECT_TRUE(simulation.settle().converged);
     return rest - centre(simulation, tip).z();
 }
 
@@ -71,15 +69,49 @@ TEST(Edits, FramesShowTheForcesThatAct) {
 }
 
 TEST(Edits, TwiceTheStiffnessHalvesASmallDeflection) {
-    const double once = sag(1), twice = sag(2);
+    Edits stiffer;
+    stiffer.stiffness_scale = 2;
+    const double once = sag({}), twice = sag(stiffer);
     EXPECT_GT(once, 1e-4);
     EXPECT_NEAR(once / twice, 2, 0.02);
+}
+
+/// Times the stiffness of what is near the first corner that is clamped.
+Edits near_the_clamp(double scale, double radius) {
+    const auto model = cantilever_model();
+    const auto& triangles = model->frame_model->triangles;
+    Edits edits;
+    for (std::uint32_t t = 0; t < triangles.size() && edits.stiffness.empty(); ++t)
+        for (int c = 0; c < 3; ++c)
+            if (const SurfacePoint corner{t, Vec3::Unit(c)}; rest_position(*model, corner).norm() < 1e-9) edits.stiffness = {{corner, radius, scale}};
+    EXPECT_EQ(edits.stiffness.size(), 1U);
+    return edits;
+}
+
+TEST(Edits, APartThatIsEverythingIsTheWhole) {
+    Edits whole;
+    whole.stiffness_scale = 3;
+    EXPECT_EQ(sag(near_the_clamp(3, 10)), sag(whole));
+    Edits both = near_the_clamp(0.01, 10);
+    both.stiffness.push_back({both.stiffness[0].centre, 9, 2});
+    both.stiffness_scale = 1.5;
+    EXPECT_EQ(sag(both), sag(whole)) << "the last word counts, times the whole's";
+    EXPECT_EQ(sag(near_the_clamp(3, 1e-3)), sag({})) << "no leaf is as near as that";
+}
+
+TEST(Edits, ACoarseFrontKnowsAPartThatOnlyItsLeavesResolve) {
+    // A quarter of the root tets at the clamp: their matrices are estimated from leaves of both kinds.
+    const double coarse = sag({}), fine = sag({}, "1");
+    const double coarse_part = sag(near_the_clamp(20, 0.45)), fine_part = sag(near_the_clamp(20, 0.45), "1");
+    EXPECT_LT(fine_part, 0.95 * fine);
+    EXPECT_NEAR(coarse_part / coarse, fine_part / fine, 0.2 * (1 - fine_part / fine));
 }
 
 TEST(Edits, TakenBackLeaveTheSameMotionAsNeverMade) {
     Simulation touched(cantilever_model()), untouched(cantilever_model());
     Edits edits;
     edits.stiffness_scale = 3, edits.stiffness_damping = 0.1;
+    edits.stiffness = {{{0, Vec3::Constant(1.0 / 3)}, 0.5, 7}};
     edits.pins = {{false, {0, Vec3::Constant(1.0 / 3)}, 10}};
     edits.forces[1] = {{5, Vec3::Constant(1.0 / 3)}, {0, 0, 10}};
     touched.set_edits(edits);
@@ -175,6 +207,9 @@ TEST(Edits, RefusesWhatIsOutOfRangeAndChangesNothing) {
     };
     refused([](Edits& e) { e.stiffness_scale = 0; });
     refused([](Edits& e) { e.stiffness_scale = NAN; });
+    refused([](Edits& e) { e.stiffness = {{{}, 1, 0}}; });
+    refused([](Edits& e) { e.stiffness = {{{}, -1, 1}}; });
+    refused([](Edits& e) { e.stiffness = {{{1U << 30, Vec3::Unit(0)}, 1, 1}}; });
     refused([](Edits& e) { e.mass_damping = -1; });
     refused([](Edits& e) { e.stiffness_damping = 1e308; });
     refused([](Edits& e) { e.forces[0].at.triangle = 1u << 30; });

@@ -69,7 +69,15 @@ TEST(CommandParser, ReadsEdits) {
     EXPECT_EQ(pin.point.triangle, 4U);
     EXPECT_EQ(pin.radius, 0.25);
     EXPECT_FALSE(accepted<command::Pin>(R"({"id": 7, "command": "unpin")" + place).pinned);
-    EXPECT_EQ(accepted<command::StiffnessScale>(R"({"id": 7, "command": "stiffness_scale", "value": 100})").value, 100);
+    const auto everywhere = accepted<command::StiffnessScale>(R"({"id": 7, "command": "stiffness_scale", "value": 100})");
+    EXPECT_EQ(everywhere.value, 100);
+    EXPECT_FALSE(everywhere.part);
+    const auto scale = accepted<command::StiffnessScale>(
+        R"({"id": 7, "command": "stiffness_scale", "value": 2, "triangle": 3, "barycentric": [0, 0.25, 0.75], "radius": 0.5})");
+    ASSERT_TRUE(scale.part);
+    EXPECT_EQ(scale.value, 2);
+    EXPECT_EQ(scale.part->point, (SurfacePoint{3, {0, 0.25, 0.75}}));
+    EXPECT_EQ(scale.part->radius, 0.5);
     const auto damping = accepted<command::Damping>(R"({"id": 7, "command": "damping", "mass": 2, "stiffness": 0.5})");
     EXPECT_EQ(damping.mass, 2);
     EXPECT_EQ(damping.stiffness, 0.5);
@@ -193,6 +201,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{R"({"id": 7, "command": "order", "value": 1.5})", "wrong_type", "/value"},
         Refusal{R"({"id": 7, "command": "stiffness_scale", "value": 0})", "out_of_range", "/value"},
         Refusal{R"({"id": 7, "command": "stiffness_scale", "value": 1e308})", "out_of_range", "/value"},
+        Refusal{R"({"id": 7, "command": "stiffness_scale", "value": 1, "radius": 1})", "missing_key", "/triangle"},
+        Refusal{R"({"id": 7, "command": "stiffness_scale", "value": 1, "triangle": 0, "barycentric": [1, 0, 0]})", "missing_key", "/radius"},
         Refusal{R"({"id": 7, "command": "damping", "mass": 1})", "missing_key", "/stiffness"},
         Refusal{R"({"id": 7, "command": "damping", "mass": -1, "stiffness": 0})", "out_of_range", "/mass"},
         Refusal{R"({"id": 7, "command": "damping", "mass": 0, "stiffness": 1e308})", "out_of_range", "/stiffness"},

@@ -87,6 +87,8 @@ TEST_F(CommandsTest, EditsAreSharedAndSurviveTheirClient) {
         EXPECT_EQ(editor.command({{"id", 3}, {"command", "force_move"}, {"force", 8}, {"value", {0, 0, 9}}})["code"], "unknown_name");
         EXPECT_EQ(editor.command(place({{"id", 4}, {"command", "pin"}, {"radius", 0.5}}))["type"], "ok");
         EXPECT_EQ(editor.command({{"id", 5}, {"command", "stiffness_scale"}, {"value", 2}})["type"], "ok");
+        for (const double value : {5.0, 3.0})
+            EXPECT_EQ(editor.command(place({{"id", 9}, {"command", "stiffness_scale"}, {"value", value}, {"radius", 0.5}}))["type"], "ok");
         EXPECT_EQ(editor.command({{"id", 6}, {"command", "damping"}, {"mass", 1}, {"stiffness", 0.5}})["type"], "ok");
         EXPECT_EQ(editor.command({{"id", 7}, {"command", "order"}, {"value", 1}})["type"], "ok");
         Json bad = place({{"id", 8}, {"command", "force_add"}, {"force", 9}, {"value", {0, 0, 5}}});
@@ -100,6 +102,7 @@ TEST_F(CommandsTest, EditsAreSharedAndSurviveTheirClient) {
     EXPECT_EQ(settings["forces"], Json::array({place({{"force", 7}, {"value", {0.0, 0.0, 9.0}}})}));
     EXPECT_EQ(settings["pins"].size(), 1U);
     EXPECT_EQ(settings["stiffness_scale"], 2.0);
+    EXPECT_EQ(settings["stiffness_parts"], Json::array({place({{"value", 3.0}, {"radius", 0.5}})})) << "the same place again replaces it";
     EXPECT_EQ(settings["damping"], Json({{"mass", 1.0}, {"stiffness", 0.5}}));
     EXPECT_EQ(settings["order"], 1);
     EXPECT_EQ(late.command({{"id", 1}, {"command", "force_remove"}, {"force", 7}})["type"], "ok");
@@ -115,6 +118,15 @@ TEST_F(CommandsTest, ForcesAreBounded) {
         EXPECT_EQ(client.command(place({{"id", i}, {"command", "force_add"}, {"force", i}, {"value", {0, 0, 1}}}))["type"], "ok");
     EXPECT_EQ(client.command(place({{"id", 99}, {"command", "force_add"}, {"force", 99}, {"value", {0, 0, 1}}}))["code"], "too_many");
     EXPECT_EQ(client.command(place({{"id", 98}, {"command", "force_add"}, {"force", 3}, {"value", {0, 0, 1}}}))["type"], "ok");
+}
+
+TEST_F(CommandsTest, PartsOfOtherStiffnessAreBounded) {
+    start();
+    Client client(connect(), host());
+    for (int i = 0; i < 64; ++i)
+        EXPECT_EQ(client.command(place({{"id", i}, {"command", "stiffness_scale"}, {"value", 2}, {"radius", i / 64.0}}))["type"], "ok");
+    EXPECT_EQ(client.command(place({{"id", 99}, {"command", "stiffness_scale"}, {"value", 2}, {"radius", 3}}))["code"], "too_many");
+    EXPECT_EQ(client.command(place({{"id", 98}, {"command", "stiffness_scale"}, {"value", 4}, {"radius", 0.25}}))["type"], "ok");
 }
 
 TEST_F(CommandsTest, AnAcknowledgingClientHasTwoFramesInFlight) {
@@ -280,6 +292,7 @@ TEST_F(CommandsTest, ARecordingKeepsWhatWasDoneMeanwhile) {
                                   place({{"command", "pin"}, {"radius", 0.5}}),
                                   place({{"command", "unpin"}, {"radius", 0.25}}),
                                   {{"command", "stiffness_scale"}, {"value", 2.0}},
+                                  place({{"command", "stiffness_scale"}, {"value", 5.0}, {"radius", 0.5}}),
                                   {{"command", "damping"}, {"mass", 1.0}, {"stiffness", 0.5}},
                                   {{"command", "order"}, {"value", 1}},
                                   place({{"command", "pull_begin"}, {"pull", 3}, {"target", {1.0, 0.0, 2.0}}}),
@@ -358,6 +371,7 @@ TEST_F(CommandsTest, SavesAMomentAndGoesBackToIt) {
         client.until([&](const Message& m) { return m.text && m.json["type"] == "state" && m.json["step"] == step; });
     };
     EXPECT_EQ(client.command(place({{"id", 1}, {"command", "force_add"}, {"force", 7}, {"value", {0, 0, 5}}}))["type"], "ok");
+    EXPECT_EQ(client.command(place({{"id", 1}, {"command", "stiffness_scale"}, {"value", 5}, {"radius", 0.5}}))["type"], "ok");
     EXPECT_EQ(client.command({{"id", 2}, {"command", "order"}, {"value", 1}})["type"], "ok");
     EXPECT_EQ(client.command({{"id", 3}, {"command", "step"}, {"count", 6}})["type"], "ok");
     at_step(6);
@@ -369,12 +383,14 @@ TEST_F(CommandsTest, SavesAMomentAndGoesBackToIt) {
     EXPECT_EQ(states[0]["scene"], "beam");
     EXPECT_NEAR(states[0]["time"].get<double>(), 0.1, 1e-9);
     EXPECT_EQ(client.command({{"id", 7}, {"command", "force_remove"}, {"force", 7}})["type"], "ok");
+    EXPECT_EQ(client.command(place({{"id", 7}, {"command", "stiffness_scale"}, {"value", 1}, {"radius", 0.5}}))["type"], "ok");
     EXPECT_EQ(client.command({{"id", 8}, {"command", "reset"}})["type"], "ok");
     at_step(0);
     EXPECT_EQ(client.command({{"id", 9}, {"command", "restore"}, {"name", "seven"}})["code"], "unknown_name");
     EXPECT_EQ(client.command({{"id", 10}, {"command", "restore"}, {"name", "six"}})["type"], "ok");
     const Json settings = client.event("settings");
     EXPECT_EQ(settings["forces"].size(), 1U);
+    EXPECT_EQ(settings["stiffness_parts"], Json::array({place({{"value", 5.0}, {"radius", 0.5}})}));
     EXPECT_EQ(settings["order"], 1);
     at_step(6);
     data_.write("states/bad.tfs", "{\"tetfront_state\": 1}\nbytes");

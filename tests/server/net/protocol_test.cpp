@@ -46,6 +46,7 @@ SessionState sample_state() {
             .gravity = {0, 0, -9.75},
             .order = 2,
             .edits = {.stiffness_scale = 2,
+                      .stiffness = {{{0, {0.25, 0.25, 0.5}}, 0.5, 10}},
                       .mass_damping = 0.5,
                       .stiffness_damping = 0.25,
                       .pins = {{true, {1, {0.5, 0.25, 0.25}}, 0.125}, {false, {0, {1, 0, 0}}, 2}},
