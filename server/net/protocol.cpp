@@ -226,6 +226,8 @@ std::string hello_event(const SessionModel& session, const SessionState& state, 
 
 std::string state_event(const SessionState& state, std::size_t viewers) {
     const FrameStatus& status = state.status;
+    Json forces = Json::array();
+    for (const FrameForce& force : state.scene_forces) forces.push_back({{"at", force.at}, {"value", force.value}});
     return text({{"type", "state"},
                  {"playing", state.playing},
                  {"speed", state.speed},
@@ -248,7 +250,9 @@ std::string state_event(const SessionState& state, std::size_t viewers) {
                  {"iterations", status.solver_iterations},
                  {"converged", status.converged},
                  {"viewers", viewers},
-                 {"warning", status.warning}});
+                 {"warning", status.warning},
+                 {"failed", state.failed},
+                 {"forces", std::move(forces)}});
 }
 
 std::string progress_event(std::string_view what, double fraction, const std::optional<double>& remaining) {

@@ -258,6 +258,7 @@ void Session::publish_if_due() {
     last_state_ = now;
     state_dirty_ = state_urgent_ = false;
     state_.playing = playing_;
+    state_.failed = !failure_.empty();
     state_.speed = speed_;
     state_.gravity = gravity_.value_or(model_ ? model_->scene.gravity : Vec3::Zero());
     if (model_) {
@@ -281,6 +282,8 @@ void Session::publish_frame() {
         const std::shared_ptr<const Frame> frame = stage_->frame(state_.steps_per_second, Field::none);
         state_.status = frame->status;
         state_.tets_by_level = frame->topology->tets_by_level;
+        const std::size_t of_clients = std::min(edits_.forces.size(), frame->forces.size());  // behind the scene's
+        state_.scene_forces.assign(frame->forces.begin(), frame->forces.end() - static_cast<std::ptrdiff_t>(of_clients));
         Shots shots{frame, {}};
         for (const Field field : fields_)
             if (auto coloured = stage_->frame(state_.steps_per_second, field); !coloured->field_values.empty())

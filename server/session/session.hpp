@@ -43,8 +43,10 @@ struct SessionState {
     bool playing = false;
     double speed = 1;
     double steps_per_second = 0;  // measured over the last half second of playing; 0: none
+    bool failed = false;          // the simulation was given up, see status.warning; reset starts again
     FrameStatus status;
     std::vector<std::uint32_t> tets_by_level;  // [depth+1]
+    std::vector<FrameForce> scene_forces;      // that act now; of a recording also those of clients
     Vec3 gravity = Vec3::Zero();               // [m/s^2]
     int order = 2;
     Edits edits;

@@ -19,6 +19,7 @@ export class MockSimulation {
   timeStep = 1 / 60;
   fine = false;
   warning = "";
+  failed = false;
   colouringsSent = 0;
   order = 1;
   stiffness = 1;
@@ -89,6 +90,7 @@ export class MockSimulation {
       converged: true,
       viewers: this.viewers.size,
       warning: this.warning,
+      failed: this.failed,
       forces: this.sceneForces,
     };
   }
@@ -118,6 +120,7 @@ export class MockSimulation {
   /** As a step that fails even when it is cut in pieces. */
   fail() {
     this.playing = false;
+    this.failed = true;
     this.warning = "the simulation failed: 3 steps were rejected";
     this.tell(this.state());
   }
@@ -229,6 +232,7 @@ export class MockSimulation {
         break;
       case "reset":
         this.time = this.step = 0;
+        this.failed = false;
         this.warning = "";
         this.pulls.clear();
         this.shift.fill(0);

@@ -105,10 +105,10 @@ describe("trouble", () => {
     expect(trouble({ warning: "", converged: false })).toMatch(/solver/);
   });
   it.each([
-    ["a simulation that failed", { warning: "failed", playing: false, converged: true }, true],
+    ["a simulation that failed", { warning: "failed", failed: true, playing: false, converged: true }, true],
     ["a step that was given up", { warning: "stands still", playing: true, converged: false }, true],
     ["a step that was cut in pieces", { warning: "was cut in 4", playing: true, converged: true }, false],
-    ["a pause", { warning: "", playing: false, converged: true }, false],
+    ["a pause after that", { warning: "was cut in 4", playing: false, converged: true }, false],
     ["no simulation", null, false],
   ])("offers a reset or not: %s", (_, simulation, offered) => {
     expect(wantsReset({ ...initialState, simulation: simulation as SimulationState | null })).toBe(offered);

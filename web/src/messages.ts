@@ -73,6 +73,7 @@ export interface SimulationState {
   converged: boolean;
   viewers: number;
   warning: string; // "" or one line
+  failed?: boolean; // the simulation was given up: reset starts again
   forces?: readonly SceneForce[]; // of the scene, that act now
 }
 

@@ -104,10 +104,9 @@ export class Store {
 export const isOpen = (state: Readonly<State>): boolean => state.link.status === "open" && state.hello !== null;
 export const isPlaying = (state: Readonly<State>): boolean =>
   state.simulation?.playing ?? state.hello?.playing ?? false;
-/** Something is wrong that a reset mends. The protocol has no flag for it: a simulation that failed warns and does not play, a
- * step that was given up warns and has not converged. */
+/** Something is wrong that a reset mends: the simulation has failed, or warns of a step that has not converged. */
 export const wantsReset = ({ simulation }: Readonly<State>): boolean =>
-  simulation !== null && simulation.warning !== "" && (!simulation.playing || !simulation.converged);
+  simulation !== null && (simulation.failed === true || (simulation.warning !== "" && !simulation.converged));
 export const speedOf = (state: Readonly<State>): number => state.simulation?.speed ?? state.hello?.speed ?? 1;
 /** What this server can do beyond pulling. */
 export const can = (state: Readonly<State>, what: Capability): boolean =>

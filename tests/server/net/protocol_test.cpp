@@ -43,6 +43,7 @@ SessionState sample_state() {
             .steps_per_second = 59.5,
             .status = sample_frame()->status,
             .tets_by_level = sample_frame()->topology->tets_by_level,
+            .scene_forces = {{{1, 0.5, 2}, {0, 0, -25}}},
             .gravity = {0, 0, -9.75},
             .order = 2,
             .edits = {.stiffness_scale = 2,

@@ -156,6 +156,22 @@ TEST(Session, SettingsReachTheSimulationAndSurviveAReset) {
     EXPECT_GT(most, 1.001F) << "the beam falls sideways";
 }
 
+TEST(Session, TheStateHasTheForcesOfTheSceneAlone) {
+    Scene scene = box_scene();
+    scene.forces = {{.region = Box{{3.9, -1, -1}, {4.1, 2, 2}}, .force = {0, 0, -25}, .end = 0.1}};
+    TestSession s(false, scene);
+    EXPECT_FALSE(s.send(command::ForceAdd{.force = 1, .point = {0, Vec3(1, 0, 0)}, .value = {1, 2, 3}}));
+    EXPECT_FALSE(s.send(command::Step{1}));
+    ASSERT_TRUE(s.wait([&] { return s.state.status.step == 1; }));
+    ASSERT_EQ(s.state.scene_forces.size(), 1U);
+    EXPECT_NEAR(s.state.scene_forces[0].at[0], 4, 0.1);
+    EXPECT_EQ(s.state.scene_forces[0].value[2], -25);
+    EXPECT_FALSE(s.send(command::Step{20}));
+    ASSERT_TRUE(s.wait([&] { return s.state.status.step == 21; }));
+    EXPECT_TRUE(s.state.scene_forces.empty()) << "over";
+    EXPECT_FALSE(s.state.failed);
+}
+
 TEST(Session, ABudgetActsLiveAndSurvivesAReset) {
     Scene scene = box_scene();
     scene.levels = 3;
