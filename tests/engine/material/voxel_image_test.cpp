@@ -2,12 +2,11 @@
 
 #include "engine/base/error.hpp"
 #include "engine/material/stiffness.hpp"
+#include "tests/support/temporary_folder.hpp"
 
-#include <fstream>
 #include <numeric>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 #include <zlib.h>
 
 namespace tetfront {
@@ -17,17 +16,7 @@ namespace fs = std::filesystem;
 
 class VoxelFiles : public testing::Test {
  protected:
-    VoxelFiles() {
-        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-        directory_ = fs::temp_directory_path() / ("tetfront_" + std::string(test->name()) + std::to_string(::getpid()));
-        fs::create_directories(directory_);
-    }
-    ~VoxelFiles() override { fs::remove_all(directory_); }
-
-    fs::path write(const std::string& name, const std::string& bytes) {
-        std::ofstream(directory_ / name, std::ios::binary) << bytes;
-        return directory_ / name;
-    }
+    fs::path write(const std::string& name, const std::string& bytes) { return folder_.write(name, bytes); }
     static std::string gzip(const std::string& bytes) {
         z_stream stream{};
         deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY);
@@ -51,7 +40,7 @@ class VoxelFiles : public testing::Test {
     }
     static std::string nrrd(const std::string& fields) { return "NRRD0004\n# a comment\n" + fields + "\n"; }
 
-    fs::path directory_;
+    TemporaryFolder folder_;
 };
 
 /// 0, 1, 2 ... as n bytes.
@@ -122,7 +111,7 @@ TEST_F(VoxelFiles, BadFilesSayWhatIsWrong) {
     expect(nrrd("type: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: gzip\n") + gzip(ramp(9)), "more bytes");
     expect(nrrd("type: uchar\ndimension: 3\nsizes: 1 1 1\nspacings: 0 1 1\nencoding: raw\n") + "x", "do not span");
     expect("#INRIMAGE-4#{\nXDIM=2\n", "no end");
-    EXPECT_THROW(read_voxel_image(directory_ / "missing.nrrd"), InputError);
+    EXPECT_THROW(read_voxel_image(folder_.path() / "missing.nrrd"), InputError);
 }
 
 std::shared_ptr<VoxelImage> half_and_half() {

@@ -1,10 +1,11 @@
 #include "engine/mechanics/elasticity_cache.hpp"
 
+#include "tests/support/temporary_folder.hpp"
+
 #include <fstream>
 #include <thread>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 namespace tetfront {
 namespace {
@@ -13,13 +14,7 @@ namespace fs = std::filesystem;
 
 class ElasticityCache : public testing::Test {
  protected:
-    ElasticityCache() {
-        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-        directory_ = fs::temp_directory_path() / ("tetfront_" + std::string(test->name()) + std::to_string(::getpid()));
-        fs::remove_all(directory_);
-        settings_.sampling.emplace();
-    }
-    ~ElasticityCache() override { fs::remove_all(directory_); }
+    ElasticityCache() { settings_.sampling.emplace(); }
 
     CoarseMaterials get(double young = 1e6) {
         return coarse_materials(tree_, function(young), settings_,
@@ -50,7 +45,8 @@ class ElasticityCache : public testing::Test {
 
     TetTree tree_{box_mesh({0, 0, 0}, {1, 1, 1}, {1, 1, 1}), 2};
     EstimationSettings settings_;
-    fs::path directory_;
+    TemporaryFolder folder_;
+    fs::path directory_ = folder_.path() / "cache";
     std::vector<std::string> warnings_;
 };
 

@@ -2,7 +2,7 @@
 
 #include "engine/base/error.hpp"
 #include "tests/engine/mesh/shapes.hpp"
-#include "tests/engine/mesh/temporary_directory.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 #include <cstring>
 #include <sstream>
@@ -77,7 +77,7 @@ std::string complaint(const std::filesystem::path& file, double scale = 1) {
 }
 
 TEST(ReadSurface, AllFormatsGiveTheSameBall) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const std::pair<const char*, std::string> files[] = {{"a.obj", obj(ball())},
                                                          {"a.off", off(ball())},
                                                          {"a.ply", ply(ball())},
@@ -124,7 +124,7 @@ std::filesystem::path exported(const std::filesystem::path& file, const char* fo
 }
 
 TEST(ReadSurface, BinaryAndSceneFormatsGiveTheSameBall) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const std::pair<const char*, const char*> files[] = {{"a.glb", "glb2"}, {"a.gltf", "gltf2"}, {"a.dae", "collada"},
                                                          {"a.fbx", "fbxa"}, {"binary.ply", "plyb"}};
     for (const auto& [name, format] : files) {
@@ -138,7 +138,7 @@ TEST(ReadSurface, BinaryAndSceneFormatsGiveTheSameBall) {
 
 TEST(ReadSurface, NodesOfGltfAreTransformedAndMerged) {
     // One tetrahedron used by two nodes, one of them moved and doubled.
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const float positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
     const std::uint16_t indices[] = {1, 2, 3, 0, 3, 2, 0, 1, 3, 0, 2, 1};
     std::string buffer(reinterpret_cast<const char*>(positions), sizeof positions);
@@ -162,7 +162,7 @@ TEST(ReadSurface, NodesOfGltfAreTransformedAndMerged) {
 }
 
 TEST(ReadSurface, SeveralFilesMakeOneSurfaceWhoseHalvesAreWelded) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const auto half = [&](double side) {
         return obj(test_surfaces::part(ball(), [&](const Vec3& c) { return side * c[2] > 0; }));
     };
@@ -182,7 +182,7 @@ TEST(ReadSurface, SeveralFilesMakeOneSurfaceWhoseHalvesAreWelded) {
 }
 
 TEST(ReadSurface, PolygonsAreTriangulated) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const auto file = directory.write("cube.obj",
                                       "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
                                       "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
@@ -192,7 +192,7 @@ TEST(ReadSurface, PolygonsAreTriangulated) {
 }
 
 TEST(ReadSurface, UnusableFilesSayWhatToDo) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const auto& path = directory.path();
     EXPECT_NE(complaint(path / "nothing.obj").find("does not exist"), std::string::npos);
     EXPECT_NE(complaint(path).find("is not a file"), std::string::npos);
@@ -214,7 +214,7 @@ TEST(ReadSurface, UnusableFilesSayWhatToDo) {
 }
 
 TEST(ReadSurface, HugeFilesAreRefusedUnread) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const auto file = directory.write("huge.obj", "v 0 0 0\n");
     std::filesystem::resize_file(file, max_surface_file + 1);  // sparse
     EXPECT_NE(complaint(file).find("MiB"), std::string::npos) << complaint(file);

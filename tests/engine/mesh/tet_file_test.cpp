@@ -3,8 +3,8 @@
 #include "engine/base/error.hpp"
 #include "engine/mesh/tet_readers.hpp"
 #include "engine/mesh/tet_repair.hpp"
-#include "tests/engine/mesh/temporary_directory.hpp"
 #include "tests/engine/mesh/tet_files.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 #include <algorithm>
 #include <random>
@@ -76,7 +76,7 @@ void expect_sample(const ImportedTets& read, double scale, const std::string& na
 }
 
 TEST(TetFile, EveryVariantGivesTheSameMesh) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const auto files = tet_files::all(tet_files::sample());
     EXPECT_GT(files.size(), 25u);
     for (const auto& [name, bytes] : files) {
@@ -90,7 +90,7 @@ TEST(TetFile, EveryVariantGivesTheSameMesh) {
 
 TEST(TetFile, TetgenPairIsReadByEitherName) {
     for (int first : {0, 1}) {
-        const TemporaryDirectory directory;
+        const TemporaryFolder directory;
         const auto [node, ele] = tet_files::tetgen(tet_files::sample(), first);
         directory.write("box.node", node);
         EXPECT_COMPLAINT(complaint(directory.path() / "box.node"), "box.ele: does not exist");
@@ -214,7 +214,7 @@ TEST(TetFile, VtuErrorsNameTheLineInsideOfAnArray) {
 }
 
 TEST(TetFile, FilesOfAnotherKindAreRefused) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     EXPECT_COMPLAINT(complaint(directory.path() / "nothing.msh"), "does not exist");
     EXPECT_COMPLAINT(complaint(directory.write("a.stl", "solid")), "no extension of a tet mesh");
     for (const char* name : {"a.msh", "a.mesh", "a.vtk", "a.vtu", "a.node"}) {
@@ -231,7 +231,7 @@ TEST(TetFile, FilesOfAnotherKindAreRefused) {
 
 /// Without reading it: a gigabyte takes a second and more.
 TEST(TetFile, AGigabyteOfRubbishIsRefusedUnread) {
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     static_cast<void>(directory.write("a.node", "1 3 0 0\n1 0 0 0\n"));
     for (const char* name : {"a.msh", "a.mesh", "a.vtk", "a.vtu", "a.ele"}) {
         const auto file = directory.write(name, "rubbish\n");

@@ -2,13 +2,13 @@
 
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <random>
 
 #include <gtest/gtest.h>
 
 #include "tests/support/fronts.hpp"
 #include "tests/support/scenes.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tetfront {
 namespace {
@@ -242,8 +242,8 @@ TEST_P(HardCase, EverythingPinned) {
 
 /// A mesh of tets from text, in Medit's format.
 std::shared_ptr<const Model> tets_model(const char* vertices, const char* tets, std::vector<Override> overrides) {
-    const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "hard_case.mesh";
-    std::ofstream(file) << "MeshVersionFormatted 2\nDimension 3\nVertices\n" << vertices << "\nTetrahedra\n" << tets << "\nEnd\n";
+    const TemporaryFolder folder;  // of each test its own: they run side by side
+    const auto file = folder.write("hard_case.mesh", std::string("MeshVersionFormatted 2\nDimension 3\nVertices\n") + vertices + "\nTetrahedra\n" + tets + "\nEnd\n");
     std::vector<Override> all = {{"/mesh", R"({"tets": {"file": ")" + file.string() + R"("}})"},
                                  {"/damping", R"({"mass": 4, "stiffness": 0.01})"}, {"/levels", "1"}};
     all.insert(all.end(), overrides.begin(), overrides.end());

@@ -8,7 +8,7 @@
 
 #include "engine/base/error.hpp"
 #include "engine/simulation/simulation.hpp"
-#include "tests/engine/mesh/temporary_directory.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tetfront {
 namespace {
@@ -46,7 +46,7 @@ class SceneMaterial : public ::testing::Test {
         std::memcpy(bytes.data() + header, values.data(), 4 * values.size());
         directory_.write(name, bytes);
     }
-    TemporaryDirectory directory_;
+    TemporaryFolder directory_;
 };
 
 TEST_F(SceneMaterial, GradientSpansTheMeshOrItsEnds) {

@@ -1,10 +1,10 @@
 // A dozen surfaces as ugly as files get: each loads and moves without NaN, or is refused with a reason. `shapes_report`
 // takes all of them for 300 steps each.
+#include "tests/support/temporary_folder.hpp"
 #include "tests/support/ugly_shapes.hpp"
 
 #include <gtest/gtest.h>
 
-#include "tests/engine/mesh/temporary_directory.hpp"
 
 namespace tetfront::testing {
 namespace {
@@ -15,7 +15,7 @@ TEST_P(UglyShapes, LoadsAndMovesOrIsRefusedWithAReason) {
     const auto all = ugly_shapes();
     const auto shape = std::ranges::find(all, GetParam(), &UglyShape::name);
     ASSERT_NE(shape, all.end());
-    const TemporaryDirectory directory;
+    const TemporaryFolder directory;
     const auto file = directory.path() / (shape->name + ".off");
     write_off(file, shape->surface);
     const ShapeTrial trial = try_shape(file, {.target_tets = 400, .levels = 1, .steps = 12}, shape->volume);
