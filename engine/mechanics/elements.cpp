@@ -138,7 +138,7 @@ void visit_mass(const Visit& visit) {
 }
 }  // namespace
 
-ElementSet::Momentum ElementSet::momentum(const PerVertex<Vec3>& x, const PerVertex<Vec3>& v) const {
+Momentum ElementSet::momentum(const PerVertex<Vec3>& x, const PerVertex<Vec3>& v) const {
     Momentum p{Vec3::Zero(), Vec3::Zero()};
     for (std::size_t e = 0; e < size(); ++e) {
         const Batch& batch = batches_[e / pack_size];

@@ -20,6 +20,7 @@
 #include "engine/base/types.hpp"
 #include "engine/base/voigt.hpp"
 #include "engine/mechanics/element.hpp"
+#include "engine/mechanics/momentum.hpp"
 #include "engine/tree/front.hpp"
 
 namespace tetfront {
@@ -79,10 +80,6 @@ class ElementSet {
     [[nodiscard]] Vec6 strain(std::size_t e, int point) const;
     /// Volume-weighted sum of mass: the mass of the front [kg].
     [[nodiscard]] double mass() const;
-    /// Linear momentum sum_ij m_ij v_j [kg m/s] and angular momentum sum_ij x_i x m_ij v_j [kg m^2/s].
-    struct Momentum {
-        Vec3 linear, angular;
-    };
     [[nodiscard]] Momentum momentum(const PerVertex<Vec3>& x, const PerVertex<Vec3>& v) const;
     /// sum_ij m_ij x_j [kg m]: the mass times its centre.
     [[nodiscard]] Vec3 first_moment(const PerVertex<Vec3>& x) const;

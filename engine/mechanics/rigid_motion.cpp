@@ -4,9 +4,9 @@
 
 namespace tetfront {
 
-void restore_momentum(const ElementSet::Momentum& before, const std::vector<VertexId>& vertices, const ElementSet& elements,
+void restore_momentum(const Momentum& before, const std::vector<VertexId>& vertices, const ElementSet& elements,
                       double size, const PerVertex<Vec3>& x, PerVertex<Vec3>& v, PerVertex<Vec3>& scratch) {
-    const ElementSet::Momentum now = elements.momentum(x, v);
+    const Momentum now = elements.momentum(x, v);
     scratch.resize(x.size());
     // Momenta of the six unit rigid motions; turns about the object's rough centre.
     const Vec3 centre = x[vertices.front()];
@@ -16,7 +16,7 @@ void restore_momentum(const ElementSet::Momentum& before, const std::vector<Vert
     Mat6 momenta;
     for (int k = 0; k < 6; ++k) {
         for (VertexId w : vertices) scratch[w] = unit_motion(k, x[w]);
-        const ElementSet::Momentum p = elements.momentum(x, scratch);
+        const Momentum p = elements.momentum(x, scratch);
         momenta.col(k).head<3>() = p.linear;
         momenta.col(k).tail<3>() = (p.angular - centre.cross(p.linear)) / size;
     }

@@ -8,7 +8,6 @@
 #include "engine/material/material.hpp"
 #include "engine/material/scalar_function.hpp"
 #include "engine/material/zones.hpp"
-#include "engine/scene/json_reader.hpp"
 
 #include <array>
 #include <filesystem>
@@ -78,18 +77,7 @@ struct MaterialSpec {
     std::variant<std::monostate, LayersSpec, ShapesSpec, LabelsSpec, RegionsSpec> zones;  // monostate: materials[0] everywhere
 };
 
-/// [m] coordinates of scenes.
-inline constexpr Range coordinate_range = within(-1e6, 1e6);
-
-/// The scene's `material`. base: what is not said. Relative paths are relative to `directory`. Throws InputError.
-MaterialSpec read_material(const JsonValue& value, const ElasticSpec& base, const std::filesystem::path& directory);
-/// {"mass": ..., "stiffness": ...}, each a scalar function of position.
-void read_damping(const JsonValue& value, ElasticSpec& material, const std::filesystem::path& directory);
-/// {"box": ...}, {"half_space": ...} or {"sphere": ...}.
-Region read_region(const JsonValue& value);
-/// Throws InputError unless high - low >= 1e-6 m along each axis.
-void check_corners(const JsonObject& box, const Vec3& low, const Vec3& high);
-/// An axis by its letter.
-int read_axis(const JsonValue& value);
+/// [m] of coordinates of scenes.
+inline constexpr double largest_coordinate = 1e6;
 
 }  // namespace tetfront

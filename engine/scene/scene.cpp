@@ -1,7 +1,7 @@
 #include "engine/scene/scene.hpp"
 
 #include "engine/base/error.hpp"
-#include "engine/scene/json_reader.hpp"
+#include "engine/scene/material_reader.hpp"
 
 #include <cmath>
 

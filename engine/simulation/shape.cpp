@@ -76,7 +76,7 @@ void check_place(const Scene& scene, const TetMesh& roots) {
     for (const Vec3& p : roots.positions) box.extend(p);
     const double reach = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
     const double extent = box.sizes().maxCoeff();
-    if (reach <= coordinate_range.high && extent >= 1e-6 && reach <= 1e9 * extent) return;
+    if (reach <= largest_coordinate && extent >= 1e-6 && reach <= 1e9 * extent) return;
     std::ostringstream text;
     text << "makes an object of " << extent << " m that reaches " << reach << " m from the origin";
     throw InputError(scene.file.string(), "/mesh", text.str(),

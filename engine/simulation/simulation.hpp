@@ -21,7 +21,7 @@
 #include "engine/base/progress.hpp"
 #include "engine/base/types.hpp"
 #include "engine/mechanics/elasticity_cache.hpp"
-#include "engine/mechanics/elements.hpp"
+#include "engine/mechanics/momentum.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/simulation/edits.hpp"
 #include "engine/simulation/frame.hpp"
@@ -126,7 +126,7 @@ class Simulation {
     /// Positions of all vertices of the tree, interpolated where nothing is simulated. Cost: the tree.
     [[nodiscard]] PerVertex<Vec3> all_positions() const;
     /// Of all active tets; linear [kg m/s] and angular about the origin [kg m^2/s].
-    [[nodiscard]] ElementSet::Momentum momentum() const;
+    [[nodiscard]] Momentum momentum() const;
     struct Energy {
         double kinetic = 0, elastic = 0;  // [J]
     };

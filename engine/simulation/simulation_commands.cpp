@@ -110,7 +110,7 @@ void Simulation::place(const PerVertex<Vec3>& x, const PerVertex<Vec3>& v) {
     s.place(x, v);
 }
 
-ElementSet::Momentum Simulation::momentum() const { return impl_->elements.momentum(impl_->state.x, impl_->state.v); }
+Momentum Simulation::momentum() const { return impl_->elements.momentum(impl_->state.x, impl_->state.v); }
 
 Simulation::Energy Simulation::energy() const {
     return {impl_->elements.kinetic_energy(impl_->state.v), impl_->elements.energy()};

@@ -170,10 +170,10 @@ void Simulation::Impl::adapt(StepReport& r) {
     r.merges = changes[1];
     const bool any = changes[0] + changes[1] > 0, free_body = any && !pins.any;
     const auto momentum = [&](const PerVertex<Vec3>& x, const PerVertex<Vec3>& v) {
-        return free_body ? elements.momentum(x, v) : ElementSet::Momentum{};
+        return free_body ? elements.momentum(x, v) : Momentum{};
     };
-    const ElementSet::Momentum before = momentum(state.x, state.v);
-    const ElementSet::Momentum earlier = momentum(state.earlier_x, state.earlier_v);
+    const Momentum before = momentum(state.x, state.v);
+    const Momentum earlier = momentum(state.earlier_x, state.earlier_v);
     const double energy_before = any ? total_energy() : 0;
     const Front::Change& change = front.commit();
     r.milliseconds.adapt += lap();

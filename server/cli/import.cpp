@@ -4,6 +4,7 @@
 #include "engine/material/voxel_surface.hpp"
 #include "engine/mesh/mesh_io.hpp"
 #include "engine/mesh/tet_file.hpp"
+#include "engine/scene/json_document.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/simulation/shape.hpp"
 #include "server/cli/commands.hpp"
@@ -90,7 +91,7 @@ double rounded(double value) {
 /// As build_model will.
 void check_size(const ImportOptions& options, const Content& content, double scale) {
     const double reach = scale * std::max(content.box.min().cwiseAbs().maxCoeff(), content.box.max().cwiseAbs().maxCoeff());
-    if (!(reach <= coordinate_range.high) || !(scale * content.box.sizes().minCoeff() > 0))
+    if (!(reach <= largest_coordinate) || !(scale * content.box.sizes().minCoeff() > 0))
         throw InputError(options.file, "", "reaches " + std::to_string(reach) + " m from the origin, or is flat",
                          "use --scale so that it lies within 1e6 m, or move it");
 }

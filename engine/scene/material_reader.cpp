@@ -1,4 +1,4 @@
-#include "engine/scene/material_spec.hpp"
+#include "engine/scene/material_reader.hpp"
 
 #include "engine/base/error.hpp"
 
