@@ -3,6 +3,8 @@
 #include "server/net/compressed_frame.hpp"
 #include "tests/server/net/client.hpp"
 
+#include <deque>
+
 namespace tetfront {
 namespace {
 
@@ -76,6 +78,28 @@ TEST_F(CommandsTest, CompressesTheFramesOfThisClientAlone) {
     EXPECT_EQ(small.command({{"id", 3}, {"command", "compression"}, {"value", false}})["type"], "ok");
     one_step(2);
     EXPECT_EQ(small.until([&](const Message& m) { return at(m, 2.0 / 60); }).type(), 4);
+}
+
+TEST_F(CommandsTest, AFrameIsEncodedOnceOfEachKindForAllClients) {
+    start();
+    std::deque<Client> clients;
+    for (int i = 0; i < 6; ++i) {
+        clients.emplace_back(connect(), host());
+        clients.back().until(is_frame);
+        if (i % 2 == 1) clients.back().command({{"id", 1}, {"command", "compression"}, {"value", true}});
+    }
+    const auto encoded = [&] {
+        const std::string page = request(http::verb::get, "/metrics").body(), name = "\ntetfront_frames_encoded_total ";
+        return std::stoi(page.substr(page.find(name) + name.size()));
+    };
+    const int before = encoded();
+    constexpr int steps = 5;
+    for (int step = 1; step <= steps; ++step) {
+        clients[0].command({{"id", step}, {"command", "step"}});
+        for (Client& client : clients)
+            client.until([&](const Message& m) { return m.type() >= 3 && m.at<double>(16) > (step - 0.5) / 60; });
+    }
+    EXPECT_EQ(encoded() - before, 2 * steps) << "one plain and one compressed of each frame";
 }
 
 TEST_F(CommandsTest, EditsAreSharedAndSurviveTheirClient) {
