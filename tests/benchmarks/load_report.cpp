@@ -1,10 +1,10 @@
 // Many viewers at once: what they cost the simulation, how old their frames are, whether memory stays flat, how long a
-// cursor's move takes to show, how soon SIGTERM ends it. Starts `tetfront serve` as a process of its own, for one viewer, for many
+// cursor's move takes to show, how soon SIGTERM ends it, and what one viewer notices of another's download. Starts `tetfront serve` as a process of its own, for one viewer, for many
 // and for as many as are the goal; writes tests/reports/server.md.
 //
 //     build/release/tests/load_report [--viewers 64] [--minutes 10] [--goal 200] [--cycles 10000] [REPORT]   (on an idle machine)
 //
-// Some 12 minutes as it is. Age: from the sending of a frame to its acknowledgement, as the server measures it for each client
+// Some 13 minutes as it is. Age: from the sending of a frame to its acknowledgement, as the server measures it for each client
 // (event `link`), so an upper bound of the age at the client.
 
 #include <algorithm>
@@ -18,10 +18,12 @@
 
 #include <CLI/CLI.hpp>
 #include <boost/asio/write.hpp>
+#include <boost/beast/http.hpp>
 
 #include "tests/support/project.hpp"
 #include "tests/support/report.hpp"
 #include "tests/support/server_process.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/support/watching_client.hpp"
 
 using namespace std::chrono_literals;
@@ -48,9 +50,10 @@ double slope_of(const std::vector<double>& samples) {
     return below > 0 ? 60 * above / below : 0;
 }
 
-ServerProcess serve_the_bunny() {
+/// data: where it keeps recordings; empty: nowhere.
+ServerProcess serve_the_bunny(const std::string& data = "") {
     return ServerProcess({(source_folder() / "assets/scenes/bunny.json").string(), "--max-connections", "1000", "--max-clients", "1000",
-                          "--max-per-address", "1000", "--data", ""});
+                          "--max-per-address", "1000", "--data", data});
 }
 
 struct Result {
@@ -144,6 +147,58 @@ Churn churn(int cycles) {
     return result;
 }
 
+struct Download {
+    double pictures = 0, seconds = 0, megabytes = 0;
+    double rate_before = 0, rate_meanwhile = 0;                    // [steps/s]
+    std::vector<double> latencies_before, latencies_meanwhile;  // [s]
+};
+
+/// What a viewer that drags notices while a recording is drawn and sent to somebody else.
+Download download(double seconds_recorded) {
+    const TemporaryFolder data;
+    ServerProcess server = serve_the_bunny(data.path().string());
+    asio::io_context io;
+    const auto viewer = std::make_shared<WatchingClient>(io, server.port());
+    viewer->read();
+    while (viewer->frames == 0) io.run_one_for(1s);
+    viewer->drag();
+    const auto watch_for = [&](double seconds) { io.run_for(std::chrono::milliseconds(static_cast<int>(1000 * seconds))); };
+    viewer->send(R"({"id":1000000,"command":"record_start","name":"run"})");
+    watch_for(seconds_recorded);
+    viewer->send(R"({"id":1000001,"command":"record_stop"})");
+    watch_for(2);
+    const auto forget = [&] { viewer->rates.clear(), viewer->latencies.clear(); };
+    Download result;
+    forget();
+    watch_for(seconds_recorded);
+    result.rate_before = quantile(viewer->rates, 0.5);
+    result.latencies_before = viewer->latencies;
+    forget();
+
+    beast::tcp_stream stream(io);
+    stream.connect({asio::ip::make_address("127.0.0.1"), server.port()});
+    beast::http::request<beast::http::empty_body> request(beast::http::verb::get, "/recordings/run.tfr/frames.zip?w=1280&h=720", 11);
+    request.set(beast::http::field::host, server.host());
+    beast::http::write(stream, request);
+    beast::http::response_parser<beast::http::string_body> answer;
+    answer.body_limit(std::uint64_t{4} << 30);
+    beast::flat_buffer buffer;
+    bool done = false;
+    Error failed;
+    const auto start = Clock::now();
+    beast::http::async_read(stream, buffer, answer, [&](Error error, std::size_t) { failed = error, done = true; });
+    while (!done) io.run_one_for(1s);
+    result.seconds = seconds_since(start);
+    const std::string& zip = answer.get().body();
+    if (failed || answer.get().result_int() != 200) throw std::runtime_error("the download failed: " + failed.message() + " " + zip.substr(0, 200));
+    if (viewer->lost) throw std::runtime_error("the viewer lost its connection");
+    result.megabytes = static_cast<double>(zip.size()) / 1e6;
+    for (std::size_t at = zip.find("PK\1\2"); at != std::string::npos; at = zip.find("PK\1\2", at + 1)) ++result.pictures;  // of the directory
+    result.rate_meanwhile = quantile(viewer->rates, 0.5);
+    result.latencies_meanwhile = viewer->latencies;
+    return result;
+}
+
 /// A row: what, one cell of each result, what is wanted.
 void row(std::ostream& out, const char* what, const std::vector<Result>& results, const std::function<std::string(const Result&)>& cell,
          const char* wanted) {
@@ -156,7 +211,7 @@ std::string p50_and_p99(const std::vector<double>& seconds) {
     return number(1000 * quantile(seconds, 0.5)) + " / " + number(1000 * quantile(seconds, 0.99));
 }
 
-void write_report(std::ostream& out, const std::vector<Result>& results, double minutes, const Churn& left) {
+void write_report(std::ostream& out, const std::vector<Result>& results, double minutes, const Churn& left, const Download& drawn) {
     const double alone = results.front().rate;
     out << "\nThe bunny, dragged by the first viewer; server and viewers on one machine, which therefore also reads and decodes what it sends. "
         << number(minutes) << " minutes with " << results[1].viewers
@@ -182,6 +237,10 @@ void write_report(std::ostream& out, const std::vector<Result>& results, double 
     out << '\n' << left.cycles << " times connected and left, every other time in the middle of a message: resident memory "
         << number(left.memory_before, "%.1f") << " -> " << number(left.memory_after, "%.1f") << " MB, descriptors " << left.descriptors_before
         << " -> " << left.descriptors_after << ".\n";
+    out << "\nWhile somebody else downloads " << number(drawn.pictures) << " pictures of 1280x720 (" << number(drawn.megabytes) << " MB in "
+        << number(drawn.seconds) << " s), one viewer has " << number(drawn.rate_meanwhile) << " steps a second instead of " << number(drawn.rate_before)
+        << ", and from cursor to frame p50 / p99 of " << p50_and_p99(drawn.latencies_meanwhile) << " ms instead of "
+        << p50_and_p99(drawn.latencies_before) << " ms.\n";
 }
 
 }  // namespace
@@ -204,12 +263,13 @@ int main(int argc, char** argv) {
     results.push_back(watch(viewers, 60 * minutes));
     results.push_back(watch(goal, shorter));
     const Churn left = churn(cycles);
+    const Download drawn = download(std::min(5.0, 60 * minutes));
 
     std::string command = "build/release/tests/load_report";
     for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
     std::ofstream out(report);
     write_head(out, "Many viewers at once", command);
-    write_report(out, results, minutes, left);
+    write_report(out, results, minutes, left, drawn);
     out.flush();
     if (!out) {
         std::cerr << report << " cannot be written\n";
