@@ -28,9 +28,16 @@ export function editCommand(simulation, { command, ...keys }) {
     case "unpin":
       simulation.pins = [...simulation.pins, { pinned: command === "pin", ...keys }];
       break;
-    case "stiffness_scale":
-      simulation.stiffness = keys.value;
+    case "stiffness_scale": {
+      if (!("radius" in keys)) {
+        simulation.stiffness = keys.value;
+        break;
+      }
+      const others = simulation.stiffnessParts.filter((part) => !isSamePart(part, keys));
+      if (others.length >= 64) return { code: "too_many", pointer: "", message: "parts have 64 stiffnesses already" };
+      simulation.stiffnessParts = [...others, keys];
       break;
+    }
     case "damping":
       simulation.damping = keys;
       break;
@@ -47,6 +54,9 @@ export function editCommand(simulation, { command, ...keys }) {
   simulation.broadcast();
   return {};
 }
+
+const isSamePart = (a, b) =>
+  a.triangle === b.triangle && a.radius === b.radius && a.barycentric.join() === b.barycentric.join();
 
 /** Commands about colours, scenes and recordings. */
 export function keepCommand(simulation, viewer, { command, value, scene }) {

@@ -23,6 +23,7 @@ export class MockSimulation {
   colouringsSent = 0;
   order = 1;
   stiffness = 1;
+  stiffnessParts = []; // as in "settings"
   damping = { mass: 0, stiffness: 0 };
   budget = { tets: null, milliseconds: null };
   forces = []; // as in "settings"
@@ -96,8 +97,9 @@ export class MockSimulation {
   }
 
   settings() {
-    const { order, damping, budget, forces, pins } = this;
-    return { type: "settings", order, stiffness_scale: this.stiffness, damping, budget, forces, pins };
+    const { order, damping, budget, forces, pins, stiffness, stiffnessParts } = this;
+    const scales = { stiffness_scale: stiffness, stiffness_parts: stiffnessParts };
+    return { type: "settings", order, ...scales, damping, budget, forces, pins };
   }
 
   recordingState() {
@@ -278,6 +280,7 @@ export class MockSimulation {
     this.shift = new Float64Array(this.shape.rest.length);
     this.forces = [];
     this.pins = [];
+    this.stiffnessParts = [];
     this.pulls.clear();
     this.time = this.step = 0;
     ++this.generation;

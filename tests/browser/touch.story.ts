@@ -56,4 +56,25 @@ describe("touch", () => {
     expect(sent().filter((command: string) => command === "pull_begin").length).toBe(1);
     expect(sent().at(-1)).toBe("pull_end");
   });
+
+  it("makes a part stiffer by a tap with a tool, but not by a second finger", async () => {
+    const scaled = () => sent().filter((command: string) => command === "stiffness_scale").length;
+    await page.reload();
+    await shown(page);
+    await page.tap("[aria-controls=panel]");
+    await page.tap("button.tool:text('Stiffer')");
+    const before = sent().length;
+    await touch("touchStart", [180, 310]);
+    await touch("touchStart", [180, 310], [130, 400]);
+    await touch("touchMove", [190, 290], [120, 420]);
+    await touch("touchEnd");
+    await page.waitForTimeout(300);
+    expect(scaled()).toBe(0);
+    await touch("touchStart", [180, 310]);
+    await touch("touchEnd");
+    await page.waitForFunction(() => window.tetfront!.state().settings?.stiffness_parts?.length === 1);
+    expect(sent().slice(before)).toEqual(["stiffness_scale"]);
+    await page.tap(".banner button");
+    expect(await page.locator(".banner").count()).toBe(0);
+  });
 });

@@ -5,8 +5,10 @@ import { clock, count, duration, percent, quantity, quantityOfLength, significan
 import { bindings, findBinding } from "../../web/src/keys";
 import { troubleOf } from "../../web/src/panels/banner";
 import { throttle } from "../../web/src/panels/dom";
-import type { SimulationState } from "../../web/src/messages";
+import { modeOf } from "../../web/src/panels/modes";
+import type { Hello, Settings, SimulationState } from "../../web/src/messages";
 import { initialState, Store, wantsReset } from "../../web/src/store";
+import type { State } from "../../web/src/store";
 import type { CameraRig } from "../../web/src/viewer/camera";
 
 describe("numbers", () => {
@@ -35,7 +37,9 @@ describe("keys", () => {
   const send = vi.fn();
   const rig = { goHome: vi.fn(), nudge: vi.fn() } as unknown as CameraRig;
   const store = new Store({ ...initialState });
-  const hands = { pin: vi.fn(), newForce: vi.fn() };
+  const hands = {
+    ...{ pin: vi.fn(), newForce: vi.fn(), stiffen: vi.fn() },
+  };
   const page = { help: vi.fn(), plots: vi.fn(), scenes: vi.fn(), snapshot: vi.fn() };
   const table = bindings(makeActions(store, send, rig, hands), page);
   const press = (key: string, modifiers = {}) => {
@@ -43,7 +47,7 @@ describe("keys", () => {
     return findBinding(table, { key, ...none, ...modifiers });
   };
   const state = (patch: Partial<SimulationState>) => store.set({ simulation: patch as SimulationState });
-  beforeEach(() => send.mockClear());
+  beforeEach(() => void vi.clearAllMocks());
 
   it("belong to one action each", () => {
     const all = table.flatMap(({ keys }) => keys);
@@ -85,6 +89,24 @@ describe("keys", () => {
     expect(send.mock.calls).toEqual([[{ command: "speed", value: 2 }], [{ command: "speed", value: 0.25 }]]);
   });
 
+  it("make stiffer and softer, and change the size of what is taken, within its limits", () => {
+    press("k")?.run();
+    press("K", { shiftKey: true })?.run();
+    expect(hands.stiffen.mock.calls).toEqual([[1], [-1]]);
+    press("]")?.run();
+    expect(store.get().regionSize).toBeCloseTo(1.25 * initialState.regionSize, 1);
+    press(",")?.run();
+    expect(store.get().regionSize).toBeCloseTo(initialState.regionSize, 1);
+    for (let i = 0; i < 30; ++i) press("[")?.run();
+    expect(store.get().regionSize).toBe(0.5);
+    for (let i = 0; i < 30; ++i) press("]")?.run();
+    expect(store.get().regionSize).toBe(50);
+    store.set({ tool: "pin" });
+    press("Escape")?.run();
+    expect(store.get().tool).toBeNull();
+    expect(send).not.toHaveBeenCalled();
+  });
+
   it("switch colouring and wireframe without asking the server", () => {
     press("c")?.run();
     press("w")?.run();
@@ -112,6 +134,27 @@ describe("trouble", () => {
     ["no simulation", null, false],
   ])("offers a reset or not: %s", (_, simulation, offered) => {
     expect(wantsReset({ ...initialState, simulation: simulation as SimulationState | null })).toBe(offered);
+  });
+});
+
+describe("what the hand does", () => {
+  const mode = (patch: Partial<State>) =>
+    modeOf({
+      ...initialState,
+      link: { status: "open" },
+      hello: { capabilities: ["edit"] } as unknown as Hello,
+      settings: { stiffness_parts: [] } as unknown as Settings,
+      ...patch,
+    })?.text;
+  it("is said when it does not pull, and only while it can do it", () => {
+    expect(mode({})).toBeUndefined();
+    expect(mode({ tool: "stiffer" })).toMatch(/stiffer/);
+    expect(mode({ tool: "pin" })).toMatch(/pinned/);
+    expect(mode({ tool: "stiffer", settings: {} as unknown as Settings })).toBeUndefined(); // an older server
+    expect(mode({ tool: "pin", settings: {} as unknown as Settings })).toMatch(/pinned/);
+    expect(mode({ tool: "pin", hello: { capabilities: [] } as unknown as Hello })).toBeUndefined(); // a recording
+    expect(mode({ tool: "pin", scrub: 1 })).toBeUndefined();
+    expect(mode({ tool: "pin", link: { status: "connecting" } })).toBeUndefined();
   });
 });
 

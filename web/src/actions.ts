@@ -10,6 +10,7 @@ import type { Hands } from "./viewer/hands";
 /** Simulated seconds per real second that the toolbar offers. */
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4] as const;
 const ORBIT = Math.PI / 24;
+const REGION_STEP = 1.25;
 
 export interface Actions {
   togglePlay(): void;
@@ -28,6 +29,9 @@ export interface Actions {
   pin(hold?: boolean): void;
   newForce(): void;
   removeForce(): void;
+  stiffen(direction: 1 | -1): void;
+  resizeRegion(direction: 1 | -1): void;
+  putDown(): void;
   toggleRecording(): void;
   live(): void;
 }
@@ -40,7 +44,7 @@ export function makeActions(
   store: Store,
   send: (command: Command) => void,
   rig: CameraRig,
-  hands: Pick<Hands, "pin" | "newForce">,
+  hands: Pick<Hands, "pin" | "newForce" | "stiffen">,
 ): Actions {
   const speed = (value: number) => send({ command: "speed", value });
   return {
@@ -84,6 +88,12 @@ export function makeActions(
       send({ command: "force_remove", force });
       store.set({ selectedForce: null });
     },
+    stiffen: (direction) => hands.stiffen(direction),
+    resizeRegion: (direction) => {
+      const size = store.get().regionSize * REGION_STEP ** direction;
+      store.set({ regionSize: Number(Math.min(50, Math.max(0.5, size)).toPrecision(3)) });
+    },
+    putDown: () => store.set({ tool: null }),
     toggleRecording: () => {
       if (!can(store.get(), "record")) return;
       if (store.get().recording?.active) send({ command: "record_stop" });

@@ -35,6 +35,11 @@ export function bindings(actions: Actions, page: PageActions): Binding[] {
       what: "Let it go, also what the scene has pinned",
       run: () => actions.pin(false),
     },
+    { keys: ["k"], label: "K", what: "What is under the pointer becomes stiffer", run: () => actions.stiffen(1) },
+    { keys: ["shift+k"], label: "Shift K", what: "Softer", run: () => actions.stiffen(-1) },
+    { keys: ["[", ","], label: "[", what: "K and P take a smaller region", run: () => actions.resizeRegion(-1) },
+    { keys: ["]", "."], label: "]", what: "A larger one", run: () => actions.resizeRegion(1) },
+    { keys: ["escape"], label: "Esc", what: "Put the tool down that a button has given", run: actions.putDown },
     { keys: ["n"], label: "N", what: "A new force on what is under the pointer", run: actions.newForce },
     { keys: ["delete", "backspace"], label: "Delete", what: "Remove the selected force", run: actions.removeForce },
     { keys: ["s"], label: "S", what: "Picture, drawn by the server", run: () => page.snapshot("server") },
@@ -56,7 +61,21 @@ export function bindings(actions: Actions, page: PageActions): Binding[] {
 }
 
 /** Keys that act again while they are held. */
-const REPEATS = ["arrowleft", "arrowright", "arrowup", "arrowdown", "pageup", "pagedown", "+", "=", "-"];
+const REPEATS = [
+  "arrowleft",
+  "arrowright",
+  "arrowup",
+  "arrowdown",
+  "pageup",
+  "pagedown",
+  "+",
+  "=",
+  "-",
+  "[",
+  "]",
+  ",",
+  ".",
+];
 
 /** The hands' part of the help sheet. */
 export const GESTURES = [

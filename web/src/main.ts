@@ -27,7 +27,7 @@ const NAMES: Partial<Record<Command["command"], string>> = {
   force_add: "Force",
   force_move: "Force",
   force_remove: "Force",
-  stiffness_scale: "Stiffness scale",
+  stiffness_scale: "Stiffness",
   load: "Opening the scene",
   scenes: "Scenes",
   record_start: "Recording",
@@ -62,7 +62,10 @@ function start(viewer: Viewer): void {
   worker.onerror = (event) => toasts.show(`The connection's worker failed: ${event.message}`);
   connection = new Connection(worker, store, {
     binary: (message: BinaryMessage) => viewer.receive(message),
-    refused: (command, message) => toasts.show(command ? `${nameOf(command)}: ${message}` : message),
+    refused: (command, message) => {
+      if (command?.command === "stiffness_scale") viewer.hands.partEdits.forget();
+      toasts.show(command ? `${nameOf(command)}: ${message}` : message);
+    },
     interrupted: () => viewer.interrupted(),
     told: (message) => toasts.show(message, "info"),
   });

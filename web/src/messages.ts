@@ -98,11 +98,18 @@ export interface Pin extends SurfacePlace {
   radius: number; // [m] around the point at rest
 }
 
+/** Times the scene's stiffness, on top of the scale of everything. */
+export interface StiffnessPart extends SurfacePlace {
+  value: number; // 0.01..100
+  radius: number; // [m] around the point at rest
+}
+
 /** What commands have set and all clients share. */
 export interface Settings {
   type: "settings";
   order: number;
   stiffness_scale: number;
+  stiffness_parts?: readonly StiffnessPart[]; // the last word on a place counts; older servers have none
   damping: { mass: number /* 1/s */; stiffness: number /* s */ };
   budget: { tets: number | null; milliseconds: number | null };
   forces: readonly Force[];
@@ -221,7 +228,8 @@ export type Command =
   | ({ command: "force_move"; force: number; value: Vec3 } & Partial<SurfacePlace>)
   | { command: "force_remove"; force: number }
   | ({ command: "pin" | "unpin"; radius: number } & SurfacePlace)
-  | { command: "stiffness_scale"; value: number } // 0.01..100
+  | { command: "stiffness_scale"; value: number } // 0.01..100, everywhere
+  | ({ command: "stiffness_scale" } & StiffnessPart)
   | { command: "damping"; mass: number; stiffness: number }
   | { command: "order"; value: number } // 1 or 2
   | { command: "scenes" | "recordings" }

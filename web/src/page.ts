@@ -11,6 +11,7 @@ import { helpSheet } from "./panels/help";
 import { legend } from "./panels/legend";
 import { recordingSheet, sceneSheet } from "./panels/library";
 import { loads } from "./panels/loads";
+import { parts as partList } from "./panels/parts";
 import { physics } from "./panels/physics";
 import { plots } from "./panels/plots";
 import { status } from "./panels/status";
@@ -65,12 +66,13 @@ export function buildPage(parts: PageParts): void {
     status(store),
     view(store),
     ...physics(store, send),
+    partList(store, viewer.hands.partEdits),
     loads(store, send),
     keeping(store, keep.snapshot, recordings.open),
   );
   byId("chrome").append(
     heading(store, scenes.open),
-    banner(store, { retry: parts.retry, reload: () => location.reload(), reset: actions.reset }),
+    banner(store, { retry: parts.retry, reload: () => location.reload(), reset: actions.reset, done: actions.putDown }),
     h(
       "nav",
       { className: "card corner", attributes: { "aria-label": "Page" } },
@@ -91,6 +93,12 @@ export function buildPage(parts: PageParts): void {
     (s) => s.link.status === "open",
     (open) => canvas.classList.toggle("stale", !open),
   );
+  viewer.hands.missed = () => parts.toasts.show("The object is not under the pointer", "info");
+  // A tool is used on the picture, which a narrow window hides behind the panel.
+  store.watch(
+    (s) => s.tool,
+    (tool) => tool && !isWide() && docks.panel.show(false),
+  );
   // A button that was clicked would take the next Space for itself.
   byId("chrome").addEventListener("click", (event) => {
     if (event.detail > 0) (event.target as Element).closest("button")?.blur();
@@ -109,6 +117,7 @@ function followCamera(store: Store, viewer: Viewer): CameraPath {
   return path;
 }
 
+const isWide = () => innerWidth >= 860; // as in narrow.css
 const DOCK = 284; // [px] width of a dock with its margin
 
 /** The legend stands above the toolbar where both do not fit into a row. Returns what looks again, after the toolbar was moved. */
@@ -124,7 +133,6 @@ function keepApart(legendCard: HTMLElement, bar: HTMLElement): () => void {
 
 /** In a narrow window a dock is a sheet over the picture; elsewhere the picture makes room for one, or for both. */
 function docking(viewer: Viewer, panel: HTMLElement, plotCard: HTMLElement, moved: () => void) {
-  const isWide = () => innerWidth >= 860; // as in narrow.css
   const hasRoomForBoth = () => innerWidth >= 1100;
   const cover = () => {
     const left = isWide() && !plotCard.hidden ? DOCK : 0;

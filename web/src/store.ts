@@ -18,6 +18,8 @@ import type {
 import { isField, makeScale } from "./scale";
 import type { Scale } from "./scale";
 
+/** What a tap on the object does instead of pulling it. */
+export type Tool = "stiffer" | "softer" | "pin";
 export type Shape = "surface" | "tets";
 
 /** A plane that hides what is beyond it, and how far it is through the object. */
@@ -49,6 +51,8 @@ export interface State extends View {
   framesDropped: number; // by this page, since it was loaded
   fieldRange: { field: FieldColouring; high: number } | null; // where the colours end
   selectedForce: number | null;
+  tool: Tool | null;
+  regionSize: number; // [% of the object's diagonal] radius of what is pinned or made stiffer
   scrub: number | null; // [s] simulated time of a past moment that is shown; null: live
   transparent: boolean; // pictures that the server draws have no background
 }
@@ -69,6 +73,8 @@ export const initialState: State = {
   framesDropped: 0,
   fieldRange: null,
   selectedForce: null,
+  tool: null,
+  regionSize: 7.5,
   scrub: null,
   transparent: false,
 };
@@ -111,6 +117,14 @@ export const speedOf = (state: Readonly<State>): number => state.simulation?.spe
 /** What this server can do beyond pulling. */
 export const can = (state: Readonly<State>, what: Capability): boolean =>
   isOpen(state) && (state.hello?.capabilities ?? []).includes(what);
+/** Whether this server scales the stiffness of parts. */
+export const canScaleParts = (state: Readonly<State>): boolean =>
+  can(state, "edit") && state.settings?.stiffness_parts !== undefined;
+/** The tool in the hand, when it can do something now. */
+export const toolOf = (state: Readonly<State>): Tool | null => {
+  const able = state.tool === "pin" ? can(state, "edit") : canScaleParts(state);
+  return able && state.scrub === null ? state.tool : null;
+};
 /** Solid tets show their levels whatever the surface would show. */
 export const shownColouring = (state: Readonly<State>): Colouring =>
   state.shape === "tets" ? "level" : state.colouring;

@@ -5,11 +5,13 @@ import type { LinkState } from "../link";
 import { wantsReset } from "../store";
 import type { State, Store } from "../store";
 import { h } from "./dom";
+import { modes } from "./modes";
 
 export interface BannerActions {
   retry: () => void;
   reload: () => void;
   reset: () => void;
+  done: () => void; // with what the hand does
 }
 
 export function banner(store: Store, actions: BannerActions): HTMLElement {
@@ -17,7 +19,7 @@ export function banner(store: Store, actions: BannerActions): HTMLElement {
   const link = h("div");
   const progress = h("div");
   const trouble = h("div");
-  element.append(link, progress, trouble);
+  element.append(link, progress, trouble, modes(store, actions.done));
   let timer: ReturnType<typeof setInterval> | undefined;
 
   store.watch(

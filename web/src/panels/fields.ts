@@ -1,7 +1,7 @@
 // Controls that the panel's groups share: a number that can be typed, with its unit and a way back to the scene's value.
 
 import { isOpen } from "../store";
-import type { State, Store } from "../store";
+import type { State, Store, Tool } from "../store";
 import { h, throttle } from "./dom";
 
 export interface NumberField {
@@ -134,4 +134,16 @@ export function toggle(
   });
   store.watch(now, (on) => (input.checked = on));
   return h("label", { className: "row" }, label, input);
+}
+
+/** Takes a tool into the hand, or puts it down. */
+export function toolButton(store: Store, tool: Tool, label: string, title: string): HTMLButtonElement {
+  const toggle = () => store.set({ tool: store.get().tool === tool ? null : tool });
+  const button = h("button", { type: "button", className: "tool", title, onclick: toggle }, label);
+  store.watch(
+    (s) => s.tool === tool,
+    (taken) => button.setAttribute("aria-pressed", String(taken)),
+  );
+  store.watch(isOpen, (open) => (button.disabled = !open));
+  return button;
 }

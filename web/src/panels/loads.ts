@@ -4,12 +4,17 @@ import type { Command, Force, Vec3 } from "../messages";
 import { can } from "../store";
 import type { Store } from "../store";
 import { h, icon } from "./dom";
-import { group } from "./fields";
+import { group, toolButton } from "./fields";
 
 export function loads(store: Store, send: (command: Command) => void): HTMLElement {
   const list = h("ul", { className: "loads" });
   const hint = h("p", { className: "note" });
-  const element = group("Forces and pins", true, list, hint);
+  const tools = h(
+    "div",
+    { className: "row wrap" },
+    toolButton(store, "pin", "Pin", "A tap on the object pins that part, or lets it go (P)"),
+  );
+  const element = group("Forces and pins", true, list, hint, tools);
   store.watch(
     (s) => s.settings,
     (settings) => {

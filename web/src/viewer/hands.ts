@@ -1,10 +1,12 @@
-// What hands do at the picture: pull, put forces, pin. All of them share the canvas, the ray under the pointer and the server.
+// What hands do at the picture: pull, put forces, pin, make stiffer or softer. All of them share the canvas, the ray under the pointer and the server.
 
 import * as THREE from "three";
 
 import type { Command, Hello } from "../messages";
-import { can, isOpen } from "../store";
-import type { Store } from "../store";
+import { PartEdits } from "../part_edits";
+import { regionRadius, snapped } from "../parts";
+import { can, isOpen, toolOf } from "../store";
+import type { Store, Tool } from "../store";
 import { forcesOf } from "./annotations";
 import type { Body } from "./body";
 import type { CameraRig } from "./camera";
@@ -12,6 +14,9 @@ import { ForceHand } from "./forces";
 import type { Hit } from "./pick";
 import { PinHand } from "./pins";
 import { PullHand } from "./pull";
+import { StiffnessHand } from "./stiffness";
+import { ToolHand } from "./tools";
+import type { Region } from "./tools";
 
 export interface HandEvents {
   pick: (ray: THREE.Ray) => Hit | null;
@@ -23,17 +28,29 @@ export class Hands {
   readonly pull: PullHand;
   readonly forces: ForceHand;
   readonly pins: PinHand;
+  readonly stiffness: StiffnessHand;
+  readonly partEdits: PartEdits;
+  readonly tools: ToolHand;
+  /** A key meant the object, but it is not there. */
+  missed = (): void => undefined;
   private pointer: PointerEvent | null = null; // over the picture
 
   constructor(
-    private readonly canvas: HTMLCanvasElement,
+    canvas: HTMLCanvasElement,
     private readonly rig: CameraRig,
-    store: Store,
+    private readonly store: Store,
     body: Body,
-    events: HandEvents,
+    private readonly events: HandEvents,
   ) {
     const shared = { ...events, ray: (event: MouseEvent) => rig.ray(event) };
-    // The force hand first: an arrow's ends lie over the object.
+    // A tool first: it is what the user has chosen.
+    this.tools = new ToolHand(canvas, {
+      ...shared,
+      tool: () => toolOf(store.get()),
+      region: (ray) => this.region(ray),
+      use: (tool, ray) => this.use(tool, ray),
+    });
+    // The force hand before pulls: an arrow's ends lie over the object.
     this.forces = new ForceHand(canvas, rig.camera, {
       ...shared,
       enabled: () => can(store.get(), "edit") && store.get().scrub === null,
@@ -43,10 +60,20 @@ export class Hands {
     });
     this.pull = new PullHand(canvas, rig.camera, {
       ...shared,
-      enabled: () => isOpen(store.get()) && store.get().scrub === null,
+      enabled: () => isOpen(store.get()) && store.get().scrub === null && toolOf(store.get()) === null,
       focus: (point) => (point ? rig.focus(point) : rig.goHome()),
     });
     this.pins = new PinHand(store, { ...events, place: (pin) => body.point(pin) });
+    this.partEdits = new PartEdits(store, events.send);
+    this.stiffness = new StiffnessHand(store, this.partEdits, { ...events, place: (part) => body.point(part) });
+    let told = store.get().regionSize;
+    store.watch(
+      (s) => s.regionSize,
+      (size) => {
+        if (size !== told) this.tools.flash(performance.now());
+        told = size;
+      },
+    );
     canvas.addEventListener("pointermove", (event) => (this.pointer = event));
     canvas.addEventListener("pointerleave", () => (this.pointer = null));
   }
@@ -55,19 +82,23 @@ export class Hands {
   scale({ rest_box: box, young_range }: Hello): void {
     const radius = Math.max(1e-9, 0.5 * Math.hypot(box[3] - box[0], box[4] - box[1], box[5] - box[2]));
     this.forces.scale(young_range[0], radius);
-    this.pins.radius = 0.15 * radius;
   }
 
   /** By key: on what is under the pointer, or in the picture's middle. */
   pin(hold?: boolean): void {
-    this.pins.act(this.under(), hold);
+    this.act((ray) => this.pins.act(ray, hold));
   }
 
   newForce(): void {
-    this.forces.add(this.under());
+    this.act((ray) => this.forces.add(ray));
+  }
+
+  stiffen(direction: 1 | -1): void {
+    this.act((ray) => this.stiffness.act(ray, direction));
   }
 
   tick(now: number): void {
+    this.tools.tick(now, () => this.under());
     this.pull.tick(now);
     this.forces.tick();
   }
@@ -78,8 +109,31 @@ export class Hands {
     this.forces.drop();
   }
 
+  /** By key: on what is meant, or it is said that nothing is. */
+  private act(what: (ray: THREE.Ray) => void): void {
+    const ray = this.under();
+    if (isOpen(this.store.get()) && !this.events.pick(ray)) this.missed();
+    else what(ray);
+  }
+
+  private use(tool: Tool, ray: THREE.Ray): void {
+    if (tool === "pin") this.pins.act(ray);
+    else this.stiffness.act(ray, tool === "stiffer" ? 1 : -1);
+  }
+
+  private region(ray: THREE.Ray): Region | null {
+    const { hello, regionSize, tool } = this.store.get();
+    const part = tool === "pin" ? null : this.stiffness.under(ray);
+    const hit = part || !hello ? null : this.events.pick(ray);
+    if (!hit || !hello) return part;
+    return { triangle: hit.triangle, barycentric: snapped(hit.barycentric), radius: regionRadius(hello, regionSize) };
+  }
+
+  /** Under the pointer; without one in the middle of what the panels leave free. */
   private under(): THREE.Ray {
-    const { left, top, width, height } = this.canvas.getBoundingClientRect();
-    return this.rig.ray(this.pointer ?? { clientX: left + width / 2, clientY: top + height / 2 });
+    if (this.pointer) return this.rig.ray(this.pointer);
+    const { camera } = this.rig;
+    camera.updateMatrixWorld();
+    return new THREE.Ray(camera.position.clone(), camera.getWorldDirection(new THREE.Vector3()));
   }
 }

@@ -3,6 +3,7 @@
 import type * as THREE from "three";
 
 import type { Command, Pin, Vec3 } from "../messages";
+import { regionRadius } from "../parts";
 import { can } from "../store";
 import type { Store } from "../store";
 import type { Hit } from "./pick";
@@ -15,9 +16,6 @@ export interface PinEvents {
 }
 
 export class PinHand {
-  /** [m] around the point, in the shape at rest. */
-  radius = 0.1;
-
   constructor(
     private readonly store: Store,
     private readonly events: PinEvents,
@@ -25,13 +23,19 @@ export class PinHand {
 
   /** `pin`: true to hold, false to free, undefined for the other of what was said of this place last. */
   act(ray: THREE.Ray, pin?: boolean): void {
-    if (!can(this.store.get(), "edit")) return;
+    const { hello, regionSize, settings } = this.store.get();
+    if (!hello || !can(this.store.get(), "edit")) return;
     const hit = this.events.pick(ray);
     if (!hit) return;
     const { triangle, barycentric } = hit;
     const away = (other: Pin) => Math.hypot(...this.events.place(other).map((x, i) => x - hit.point[i]));
-    const hold = pin ?? !isHeld(this.store.get().settings?.pins ?? [], away);
-    this.events.send({ command: hold ? "pin" : "unpin", triangle, barycentric, radius: this.radius });
+    const hold = pin ?? !isHeld(settings?.pins ?? [], away);
+    this.events.send({
+      command: hold ? "pin" : "unpin",
+      triangle,
+      barycentric,
+      radius: regionRadius(hello, regionSize),
+    });
   }
 }
 

@@ -7,14 +7,13 @@ import type { BinaryMessage, Frame, Topology } from "../protocol";
 import { isField, RangeFollower } from "../scale";
 import type { Framing } from "../snapshot";
 import type { Store } from "../store";
-import { annotations } from "./annotations";
-import { Bands } from "./bands";
 import { Body } from "./body";
 import { CameraRig } from "./camera";
 import type { Covered } from "./camera";
 import { Hands } from "./hands";
 import { History } from "./history";
 import { Motion } from "./motion";
+import { Overlay } from "./overlay";
 import { pick } from "./pick";
 import type { Hit } from "./pick";
 import { SceneForces } from "./scene_forces";
@@ -33,7 +32,7 @@ export class Viewer {
   private readonly scene = new THREE.Scene();
   private readonly stage = new Stage();
   private readonly body = new Body();
-  private readonly bands: Bands;
+  private readonly overlay: Overlay;
   private readonly sceneForces = new SceneForces();
   private readonly motion = new Motion();
   private readonly ranges = new RangeFollower();
@@ -58,10 +57,10 @@ export class Viewer {
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
     this.rig = new CameraRig(canvas, () => this.invalidate());
-    this.bands = new Bands(labels);
+    this.overlay = new Overlay(labels);
     const events = { pick: (ray: THREE.Ray) => this.pick(ray), send, changed: () => this.invalidate() };
     this.hands = new Hands(canvas, this.rig, store, this.body, events);
-    this.scene.add(this.stage.object, this.body.object, this.bands.object);
+    this.scene.add(this.stage.object, this.body.object, this.overlay.object);
     this.follow();
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.renderer.setAnimationLoop((now) => this.tick(now));
@@ -265,15 +264,8 @@ export class Viewer {
       if (this.costs.length > 240) this.costs.shift();
       this.renderer.shadowMap.needsUpdate = true;
     }
-    const bands = annotations(
-      this.store.get(),
-      this.motion.frame,
-      this.body.surface,
-      this.hands.pull.grip,
-      this.hands.forces,
-      this.sceneForces,
-    );
-    this.bands.update(bands, this.rig, this.canvas.clientWidth, this.canvas.clientHeight);
+    const { motion, body, hands, sceneForces, rig, canvas } = this;
+    this.overlay.update({ state: this.store.get(), frame: motion.frame, body, hands, sceneForces, rig, canvas });
     this.renderer.render(this.scene, this.rig.camera);
     ++this.redraws;
   }
