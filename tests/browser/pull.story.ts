@@ -87,5 +87,45 @@ describe("pulling", () => {
     expect(sent().length).toBe(before);
   });
 
+  it("needs no pointer: a key grabs, arrows move, Enter lets go", async () => {
+    await page.keyboard.press("f");
+    await page.keyboard.press("Space");
+    await page.mouse.move(20, 20); // on the page's title: the key means the middle
+    const before = sent().length;
+    const rest = await positions(page);
+    await page.keyboard.press("ArrowUp"); // moves nothing yet
+    await page.keyboard.press("d");
+    await page.waitForFunction(() => (window.tetfront!.frame()?.pulls.length ?? 0) > 0);
+    expect(await page.innerText(".banners")).toMatch(/Arrow keys/);
+    await page.waitForTimeout(500);
+    expect(largestMove(rest, await positions(page))).toBeLessThan(0.01);
+    for (let i = 0; i < 8; ++i) await page.keyboard.press("ArrowRight");
+    for (let i = 0; i < 4; ++i) await page.keyboard.press("PageUp");
+    await page.waitForTimeout(700);
+    await screenshot(page, "pull_by_keys");
+    expect(largestMove(rest, await positions(page))).toBeGreaterThan(0.05);
+    const [begin, ...moves] = server.simulation.commands.slice(before);
+    expect(begin.command).toBe("pull_begin");
+    expect(moves.every(({ command }: { command: string }) => command === "pull_move")).toBe(true);
+    const way = moves.at(-1).target.map((x: number, i: number) => x - begin.target[i]);
+    // Eight steps to the right and four nearer, of 4 % of the ball's half diagonal.
+    expect(Math.hypot(...way)).toBeCloseTo(Math.hypot(8, 4) * 0.04 * Math.sqrt(0.75), 6);
+    expect(way[0]).toBeGreaterThan(0.2);
+    await page.keyboard.press("Enter");
+    await page.waitForFunction(() => window.tetfront!.frame()?.pulls.length === 0);
+    expect(sent().at(-1)).toBe("pull_end");
+    expect(await page.innerText(".banners")).toBe("");
+  });
+
+  it("ends a pull by keys when the keyboard goes elsewhere", async () => {
+    const pulls = () => page.evaluate(() => window.tetfront!.frame()?.pulls.length);
+    await page.keyboard.press("d");
+    await page.waitForFunction(() => (window.tetfront!.frame()?.pulls.length ?? 0) > 0);
+    await page.waitForTimeout(400);
+    expect(await pulls()).toBeGreaterThan(0);
+    await page.keyboard.press("Tab");
+    await page.waitForFunction(() => window.tetfront!.frame()?.pulls.length === 0);
+  });
+
   it("has had no errors", () => expect(problems).toEqual([]));
 });

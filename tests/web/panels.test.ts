@@ -39,19 +39,24 @@ describe("keys", () => {
   const store = new Store({ ...initialState });
   const hands = {
     ...{ pin: vi.fn(), newForce: vi.fn(), stiffen: vi.fn() },
+    ...{ grab: vi.fn(), movePull: vi.fn(), letGo: vi.fn() },
   };
   const page = { help: vi.fn(), plots: vi.fn(), scenes: vi.fn(), snapshot: vi.fn() };
   const table = bindings(makeActions(store, send, rig, hands), page);
-  const press = (key: string, modifiers = {}) => {
+  const press = (key: string, modifiers = {}, pulling = false) => {
     const none = { shiftKey: false, ctrlKey: false, metaKey: false, altKey: false };
-    return findBinding(table, { key, ...none, ...modifiers });
+    const binding = findBinding(table, { key, ...none, ...modifiers }, pulling);
+    return binding && { ...binding, run: () => binding.run(key.toLowerCase()) };
   };
   const state = (patch: Partial<SimulationState>) => store.set({ simulation: patch as SimulationState });
   beforeEach(() => void vi.clearAllMocks());
 
   it("belong to one action each", () => {
-    const all = table.flatMap(({ keys }) => keys);
-    expect(new Set(all).size).toBe(all.length);
+    for (const pulling of [false, true]) {
+      const all = table.filter(({ whilePulling = false }) => whilePulling === pulling).flatMap(({ keys }) => keys);
+      expect(all.length).toBeGreaterThan(0);
+      expect(new Set(all).size).toBe(all.length);
+    }
   });
 
   it("leave the browser's own combinations alone", () => {
@@ -107,6 +112,26 @@ describe("keys", () => {
     expect(send).not.toHaveBeenCalled();
   });
 
+  it("move the hand while it pulls by keys, and do all else as ever", () => {
+    const moves = ["ArrowRight", "ArrowUp", "ArrowLeft", "ArrowDown", "PageUp", "PageDown"];
+    for (const key of moves) press(key, {}, true)?.run();
+    expect(hands.movePull.mock.calls).toEqual([
+      [1, 0, 0],
+      [0, 1, 0],
+      [-1, 0, 0],
+      [0, -1, 0],
+      [0, 0, 1],
+      [0, 0, -1],
+    ]);
+    expect(send).not.toHaveBeenCalled();
+    for (const key of ["Enter", "Escape"]) press(key, {}, true)?.run();
+    expect(hands.letGo).toHaveBeenCalledTimes(2);
+    expect(press("ArrowUp", { shiftKey: true }, true)?.what).toMatch(/Orbit/);
+    expect(press(" ", {}, true)?.what).toMatch(/Play/);
+    expect(press("Enter")).toBeUndefined();
+    expect(press("ArrowRight")?.what).toMatch(/step/);
+  });
+
   it("switch colouring and wireframe without asking the server", () => {
     press("c")?.run();
     press("w")?.run();
@@ -150,6 +175,7 @@ describe("what the hand does", () => {
     expect(mode({})).toBeUndefined();
     expect(mode({ tool: "stiffer" })).toMatch(/stiffer/);
     expect(mode({ tool: "pin" })).toMatch(/pinned/);
+    expect(mode({ tool: "pin", pullsByKeys: true })).toMatch(/Arrow keys/);
     expect(mode({ tool: "stiffer", settings: {} as unknown as Settings })).toBeUndefined(); // an older server
     expect(mode({ tool: "pin", settings: {} as unknown as Settings })).toMatch(/pinned/);
     expect(mode({ tool: "pin", hello: { capabilities: [] } as unknown as Hello })).toBeUndefined(); // a recording

@@ -30,6 +30,9 @@ export interface Actions {
   newForce(): void;
   removeForce(): void;
   stiffen(direction: 1 | -1): void;
+  grab(): void;
+  movePull(right: number, up: number, nearer: number): void;
+  letGo(): void;
   resizeRegion(direction: 1 | -1): void;
   putDown(): void;
   toggleRecording(): void;
@@ -44,7 +47,7 @@ export function makeActions(
   store: Store,
   send: (command: Command) => void,
   rig: CameraRig,
-  hands: Pick<Hands, "pin" | "newForce" | "stiffen">,
+  hands: Pick<Hands, "pin" | "newForce" | "stiffen" | "grab" | "movePull" | "letGo">,
 ): Actions {
   const speed = (value: number) => send({ command: "speed", value });
   return {
@@ -59,6 +62,7 @@ export function makeActions(
     },
     reset: () => {
       store.set({ scrub: null });
+      hands.letGo();
       send({ command: "reset" });
     },
     speed,
@@ -89,11 +93,17 @@ export function makeActions(
       store.set({ selectedForce: null });
     },
     stiffen: (direction) => hands.stiffen(direction),
+    grab: () => hands.grab(),
+    movePull: (right, up, nearer) => hands.movePull(right, up, nearer),
+    letGo: () => hands.letGo(),
     resizeRegion: (direction) => {
       const size = store.get().regionSize * REGION_STEP ** direction;
       store.set({ regionSize: Number(Math.min(50, Math.max(0.5, size)).toPrecision(3)) });
     },
-    putDown: () => store.set({ tool: null }),
+    putDown: () => {
+      hands.letGo();
+      store.set({ tool: null });
+    },
     toggleRecording: () => {
       if (!can(store.get(), "record")) return;
       if (store.get().recording?.active) send({ command: "record_stop" });

@@ -6,7 +6,9 @@ export interface Binding {
   keys: readonly string[]; // KeyboardEvent.key, lower case; "shift+" in front where Shift matters
   label: string; // on the help sheet
   what: string;
-  run: () => void;
+  run: (key: string) => void;
+  /** Goes before the others while a pull is held by keys. */
+  whilePulling?: true;
 }
 
 /** What belongs to the page rather than to the simulation. */
@@ -16,6 +18,15 @@ export interface PageActions {
   scenes: () => void;
   snapshot: (source: "server" | "canvas") => void;
 }
+
+// Steps to the right, up and towards the viewer.
+const WAYS: Record<string, [number, number, number]> = {
+  arrowleft: [-1, 0, 0],
+  arrowright: [1, 0, 0],
+  arrowup: [0, 1, 0],
+  arrowdown: [0, -1, 0],
+};
+const DEPTHS: Record<string, number> = { pageup: 1, pagedown: -1 };
 
 export function bindings(actions: Actions, page: PageActions): Binding[] {
   return [
@@ -42,6 +53,22 @@ export function bindings(actions: Actions, page: PageActions): Binding[] {
     { keys: ["escape"], label: "Esc", what: "Put the tool down that a button has given", run: actions.putDown },
     { keys: ["n"], label: "N", what: "A new force on what is under the pointer", run: actions.newForce },
     { keys: ["delete", "backspace"], label: "Delete", what: "Remove the selected force", run: actions.removeForce },
+    { keys: ["d"], label: "D", what: "Pull what is under the pointer, by keys", run: actions.grab },
+    {
+      keys: Object.keys(WAYS),
+      label: "← → ↑ ↓",
+      what: "Then: move the hand in the plane of the picture",
+      run: (key) => actions.movePull(...WAYS[key]),
+      whilePulling: true,
+    },
+    {
+      keys: Object.keys(DEPTHS),
+      label: "Page up, down",
+      what: "Then: the hand nearer or farther",
+      run: (key) => actions.movePull(0, 0, DEPTHS[key]),
+      whilePulling: true,
+    },
+    { keys: ["enter", "escape"], label: "Enter, Esc", what: "Then: let go", run: actions.letGo, whilePulling: true },
     { keys: ["s"], label: "S", what: "Picture, drawn by the server", run: () => page.snapshot("server") },
     { keys: ["shift+s"], label: "Shift S", what: "Picture of this canvas", run: () => page.snapshot("canvas") },
     { keys: ["v"], label: "V", what: "Start or end a recording", run: actions.toggleRecording },
@@ -90,13 +117,16 @@ export const GESTURES = [
 export function findBinding(
   table: readonly Binding[],
   event: Pick<KeyboardEvent, "key" | "shiftKey" | "ctrlKey" | "metaKey" | "altKey">,
+  pulling = false,
 ): Binding | undefined {
   if (event.ctrlKey || event.metaKey || event.altKey) return undefined;
   const key = event.key.toLowerCase();
+  const find = (name: string, whilePulling = false) =>
+    table.find((binding) => binding.keys.includes(name) && (binding.whilePulling ?? false) === whilePulling);
   // Shift is part of typing "?" or "+", but means something else with an arrow and where a key has a second meaning.
-  const shifted = event.shiftKey ? table.find((binding) => binding.keys.includes(`shift+${key}`)) : undefined;
+  const shifted = event.shiftKey ? find(`shift+${key}`) : undefined;
   if (shifted || (event.shiftKey && key.startsWith("arrow"))) return shifted;
-  return table.find((binding) => binding.keys.includes(key));
+  return (pulling ? find(key, true) : undefined) ?? find(key);
 }
 
 /** Keys typed into a field, or that press the focused button, are not shortcuts. */
@@ -111,12 +141,12 @@ export function isTyping(target: EventTarget | null, key: string): boolean {
   );
 }
 
-export function listen(table: readonly Binding[]): void {
+export function listen(table: readonly Binding[], pulling: () => boolean): void {
   document.addEventListener("keydown", (event) => {
     if (isTyping(event.target, event.key)) return;
-    const binding = findBinding(table, event);
+    const binding = findBinding(table, event, pulling());
     if (!binding || (event.repeat && !REPEATS.includes(event.key.toLowerCase()))) return;
     event.preventDefault();
-    binding.run();
+    binding.run(event.key.toLowerCase());
   });
 }

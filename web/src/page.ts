@@ -60,7 +60,7 @@ export function buildPage(parts: PageParts): void {
   };
   const help = helpSheet(() => table);
   const table = bindings(actions, keep);
-  listen(table);
+  listen(table, () => store.get().pullsByKeys);
 
   panel.append(
     status(store),

@@ -53,6 +53,7 @@ export interface State extends View {
   selectedForce: number | null;
   tool: Tool | null;
   regionSize: number; // [% of the object's diagonal] radius of what is pinned or made stiffer
+  pullsByKeys: boolean; // a pull is held whose hand the arrow keys move
   scrub: number | null; // [s] simulated time of a past moment that is shown; null: live
   transparent: boolean; // pictures that the server draws have no background
 }
@@ -75,6 +76,7 @@ export const initialState: State = {
   selectedForce: null,
   tool: null,
   regionSize: 7.5,
+  pullsByKeys: false,
   scrub: null,
   transparent: false,
 };

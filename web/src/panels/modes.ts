@@ -1,4 +1,5 @@
-// What the hand does now when it is not the usual, a tool in it: said where everybody reads it, with the way out.
+// What the hand does now when it is not the usual: a tool is in it, or a pull that the keyboard moves. Said where everybody reads it,
+// with the way out.
 
 import { toolOf } from "../store";
 import type { State, Store } from "../store";
@@ -12,6 +13,7 @@ const TAPS = {
 
 /** One line and the word of its button; null when the hand pulls. */
 export function modeOf(state: Readonly<State>): { text: string; done: string } | null {
+  if (state.pullsByKeys) return { text: "Arrow keys and Page up, down pull", done: "Let go" };
   const tool = toolOf(state);
   return tool && { text: TAPS[tool], done: "Done" };
 }

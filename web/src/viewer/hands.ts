@@ -34,6 +34,7 @@ export class Hands {
   /** A key meant the object, but it is not there. */
   missed = (): void => undefined;
   private pointer: PointerEvent | null = null; // over the picture
+  private step = 0.01; // [m] of a pull by keys
 
   constructor(
     canvas: HTMLCanvasElement,
@@ -62,6 +63,7 @@ export class Hands {
       ...shared,
       enabled: () => isOpen(store.get()) && store.get().scrub === null && toolOf(store.get()) === null,
       focus: (point) => (point ? rig.focus(point) : rig.goHome()),
+      keyed: (pullsByKeys) => store.set({ pullsByKeys }),
     });
     this.pins = new PinHand(store, { ...events, place: (pin) => body.point(pin) });
     this.partEdits = new PartEdits(store, events.send);
@@ -82,6 +84,7 @@ export class Hands {
   scale({ rest_box: box, young_range }: Hello): void {
     const radius = Math.max(1e-9, 0.5 * Math.hypot(box[3] - box[0], box[4] - box[1], box[5] - box[2]));
     this.forces.scale(young_range[0], radius);
+    this.step = 0.04 * radius;
   }
 
   /** By key: on what is under the pointer, or in the picture's middle. */
@@ -95,6 +98,21 @@ export class Hands {
 
   stiffen(direction: 1 | -1): void {
     this.act((ray) => this.stiffness.act(ray, direction));
+  }
+
+  grab(): void {
+    this.store.set({ tool: null });
+    if (this.pull.grip) this.pull.letGo();
+    else this.act((ray) => this.pull.grab(ray));
+  }
+
+  /** In steps to the right, up and towards the viewer. */
+  movePull(right: number, up: number, nearer: number): void {
+    this.pull.nudge(right * this.step, up * this.step, nearer * this.step);
+  }
+
+  letGo(): void {
+    this.pull.letGo();
   }
 
   tick(now: number): void {

@@ -1,6 +1,7 @@
 // The hand: a left drag (or a finger) that starts on the object grabs that point of its surface and pulls it in the plane
 // that faces the camera. A drag that starts elsewhere is left to the camera. Nothing is sent before the pointer has moved,
-// so a click or a double-click does not disturb the object.
+// so a click or a double-click does not disturb the object. Without a pointer: a key grabs, arrow keys move the hand along the
+// picture's axes, and the pull ends when it is let go or when the keyboard goes elsewhere.
 
 import * as THREE from "three";
 
@@ -13,6 +14,7 @@ export interface Grip {
   barycentric: Vec3;
   target: Vec3; // [m] the hand
   begun: boolean; // the server knows of it
+  byKeys: boolean;
 }
 
 export interface PullEvents {
@@ -24,6 +26,8 @@ export interface PullEvents {
   enabled: () => boolean;
   changed: () => void;
   focus: (point: Vec3 | null) => void;
+  /** A pull by keys has begun or ended. */
+  keyed: (on: boolean) => void;
 }
 
 const SLACK = 3; // [px] a click may wander this far
@@ -56,6 +60,7 @@ export class PullHand {
     element.addEventListener("dblclick", (event) =>
       this.events.focus(this.events.pick(this.events.ray(event))?.point ?? null),
     );
+    element.addEventListener("blur", () => this.letGo());
     element.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 
@@ -74,8 +79,43 @@ export class PullHand {
     }
   }
 
+  /** Grabs what a ray hits, for `nudge` to pull. */
+  grab(ray: THREE.Ray): void {
+    const hit = this.grip || !this.events.enabled() ? null : this.events.pick(ray);
+    if (!hit) return;
+    const { triangle, barycentric, point: target } = hit;
+    this.grip = { pull: this.next++, triangle, barycentric, target, begun: true, byKeys: true };
+    this.sent = target;
+    this.events.send({ command: "pull_begin", pull: this.grip.pull, triangle, barycentric, target });
+    this.element.focus({ preventScroll: true }); // so that leaving it is noticed
+    this.events.keyed(true);
+    this.events.changed();
+  }
+
+  /** Moves the hand that keys hold [m] to the right, up and towards the viewer. */
+  nudge(...way: Vec3): void {
+    const { grip } = this;
+    if (!grip?.byKeys) return;
+    this.camera.updateMatrixWorld();
+    const target = new THREE.Vector3(...grip.target);
+    way.forEach((length, axis) =>
+      target.addScaledVector(new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, axis), length),
+    );
+    grip.target = target.toArray();
+    this.events.changed();
+  }
+
+  /** Ends a pull by keys. */
+  letGo(): void {
+    const { grip } = this;
+    if (!grip?.byKeys) return;
+    this.drop();
+    this.events.send({ command: "pull_end", pull: grip.pull });
+  }
+
   /** Lets go without telling the server, which has ended the pull itself or is not there. */
   drop(): void {
+    if (this.grip?.byKeys) this.events.keyed(false);
     this.grip = null;
     this.pointer = -1;
     this.element.classList.remove("pulling");
@@ -106,6 +146,7 @@ export class PullHand {
       barycentric: hit.barycentric,
       target: hit.point,
       begun: false,
+      byKeys: false,
     };
     this.events.changed();
   }
