@@ -106,7 +106,7 @@ it("keeps its cards apart in windows of any width, while it records too", async 
   await page.close();
 });
 
-it.each(["light", "dark"])("passes axe with its lists, a force and a toast open, %s", async (theme) => {
+it.each(["light", "dark"])("passes axe with its lists, a force, a part, a tool and a toast open, %s", async (theme) => {
   server.simulation.recordings = [{ name: "mock-20260131-235959.tfr", bytes: 1e6 }];
   const { page } = await open(browser, server.url, { width: 900, height: 640, dark: theme === "dark" });
   await page.mouse.move(200, 300);
@@ -118,6 +118,15 @@ it.each(["light", "dark"])("passes axe with its lists, a force and a toast open,
   await page.waitForSelector(".toast");
   await screenshot(page, `force_${theme}`);
   expect(await violations(page)).toEqual([]);
+  await page.keyboard.press("k");
+  await page.waitForSelector(".parts li");
+  await page.click("button.tool:text('Stiffer')");
+  await page.waitForSelector(".banner");
+  await page.$eval(".parts", (list) => list.scrollIntoView());
+  await screenshot(page, `parts_${theme}`);
+  expect(await violations(page)).toEqual([]);
+  await page.click(".banner button");
+  expect(await page.locator(".banner").count()).toBe(0);
   await page.click("text=Recordings …");
   await page.waitForSelector(".files button");
   expect(await violations(page)).toEqual([]);
@@ -127,6 +136,7 @@ it.each(["light", "dark"])("passes axe with its lists, a force and a toast open,
   expect(await violations(page)).toEqual([]);
   await page.close();
   server.simulation.forces = [];
+  server.simulation.stiffnessParts = [];
 });
 
 it("has room for a long run, a recording and the past at 360 pixels", async () => {
@@ -158,6 +168,35 @@ it("has room for a long run, a recording and the past at 360 pixels", async () =
   expect(await misfits()).toEqual([]);
   await page.close();
   await busy.close();
+});
+
+it.each(["light", "dark"])("takes a tool into the hand at 360 pixels and out again, %s", async (theme) => {
+  const { page } = await open(browser, server.url, { width: 360, height: 640, dark: theme === "dark" });
+  await page.click("[aria-controls=panel]");
+  await page.click("button.tool:text('Stiffer')");
+  expect(await page.isVisible("#panel")).toBe(false);
+  await page.mouse.click(180, 310);
+  await page.waitForSelector("output.part:not([hidden])");
+  await screenshot(page, `tool_${theme}_360`);
+  const box = (await page.locator(".banner").boundingBox())!;
+  expect(box.x >= 0 && box.x + box.width <= 360).toBe(true);
+  expect(await overlapping(page, [".banner", ".heading", ".corner", ".legend", ".toolbar"])).toEqual([]);
+  expect(await violations(page)).toEqual([]);
+  await page.click(".banner button");
+  await page.click("[aria-controls=panel]");
+  await page.waitForSelector(".parts li");
+  await page.$eval(".parts", (list) => list.scrollIntoView());
+  await screenshot(page, `parts_${theme}_360`);
+  const misfits = await page.$$eval(
+    ".parts li > *",
+    (cells) =>
+      cells.filter((cell) => cell.scrollWidth > cell.clientWidth || cell.getBoundingClientRect().right > innerWidth)
+        .length,
+  );
+  expect(misfits).toBe(0);
+  expect(await violations(page)).toEqual([]);
+  await page.close();
+  server.simulation.stiffnessParts = [];
 });
 
 it("remembers the theme that was chosen", async () => {

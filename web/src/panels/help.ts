@@ -28,12 +28,12 @@ export function helpSheet(table: () => readonly Binding[]): { element: HTMLDialo
       element.close();
       return;
     }
+    const keys = table().map(({ label, what }): [string, string] => [label, what]);
+    const half = Math.floor((keys.length - 1) / 2);
     body.replaceChildren(
       list(GESTURES.map(([gesture, what]) => [gesture, what])),
-      list(
-        table().map(({ label, what }) => [label, what]),
-        true,
-      ),
+      list(keys.slice(0, half), true),
+      list(keys.slice(half), true),
     );
     element.showModal();
   };
