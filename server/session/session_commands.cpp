@@ -150,9 +150,12 @@ std::optional<CommandError> Session::apply(ClientId client, const Command& comma
                        } else {
                            const StiffnessEdit part{scale.part->point, scale.part->radius, scale.value};
                            std::erase_if(wanted.stiffness, [&](const StiffnessEdit& e) { return e.centre == part.centre && e.radius == part.radius; });
-                           if (wanted.stiffness.size() >= max_stiffness)
-                               return CommandError{"too_many", "", "parts have 64 stiffnesses already; load the scene to begin anew"};
                            wanted.stiffness.push_back(part);
+                           // As the scene has it, and over no other part: nothing to remember.
+                           const auto first = std::ranges::find_if(wanted.stiffness, [](const StiffnessEdit& e) { return e.scale != 1; });
+                           wanted.stiffness.erase(wanted.stiffness.begin(), first);
+                           if (wanted.stiffness.size() > max_stiffness)
+                               return CommandError{"too_many", "", "parts have 64 stiffnesses already; give all a factor of 1, or load the scene, to begin anew"};
                        }
                        edit([&](Edits& e) { e = wanted; });
                        return {};

@@ -1,8 +1,10 @@
 #include "server/net/command_parser.hpp"
 
+#include <random>
 #include <string>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace tetfront {
 namespace {
@@ -78,6 +80,19 @@ TEST(CommandParser, ReadsEdits) {
     EXPECT_EQ(scale.value, 2);
     EXPECT_EQ(scale.part->point, (SurfacePoint{3, {0, 0.25, 0.75}}));
     EXPECT_EQ(scale.part->radius, 0.5);
+    // A place that is told to clients, and comes back, is the same to the bit.
+    std::mt19937 random(3);
+    for (int i = 0; i < 1000; ++i) {
+        Vec3 place = Vec3::NullaryExpr([&] { return std::uniform_real_distribution<double>(0, 1)(random); });
+        place /= place.sum() * (1 + 1e-4);
+        const auto said = [](const Vec3& at) {
+            const nlohmann::json command = {{"id", 7}, {"command", "pin"}, {"triangle", 4}, {"radius", 1}, {"barycentric", {at[0], at[1], at[2]}}};
+            return accepted<command::Pin>(command.dump()).point.barycentric;
+        };
+        const Vec3 told = said(place);
+        ASSERT_NEAR(told.sum(), 1, 1e-15);
+        ASSERT_EQ(said(told), told);
+    }
     const auto damping = accepted<command::Damping>(R"({"id": 7, "command": "damping", "mass": 2, "stiffness": 0.5})");
     EXPECT_EQ(damping.mass, 2);
     EXPECT_EQ(damping.stiffness, 0.5);

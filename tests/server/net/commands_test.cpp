@@ -153,6 +153,31 @@ TEST_F(CommandsTest, PartsOfOtherStiffnessAreBounded) {
     EXPECT_EQ(client.command(place({{"id", 98}, {"command", "stiffness_scale"}, {"value", 4}, {"radius", 0.25}}))["type"], "ok");
 }
 
+TEST_F(CommandsTest, APartAsTheSceneHasItIsForgottenUnlessItLiesOverAnother) {
+    start();
+    Client client(connect(), host());
+    using Parts = std::vector<std::pair<double, double>>;
+    const auto become = [&](double value, double radius, const Parts& wanted) {
+        EXPECT_EQ(client.command(place({{"id", 1}, {"command", "stiffness_scale"}, {"value", value}, {"radius", radius}}))["type"], "ok");
+        Parts parts;
+        for (int i = 0; i < 500; ++i) {  // everybody is told soon after the answer
+            Client late(connect(), host());
+            const Json settings = late.event("settings");
+            parts.clear();
+            for (const Json& part : settings["stiffness_parts"]) parts.emplace_back(part["value"], part["radius"]);
+            if (parts == wanted) break;
+            std::this_thread::sleep_for(10ms);
+        }
+        EXPECT_EQ(parts, wanted);
+    };
+    become(5, 0.5, {{5, 0.5}});
+    become(1, 0.25, {{5, 0.5}, {1, 0.25}});  // a hole in the stiffer part
+    become(2, 0.125, {{5, 0.5}, {1, 0.25}, {2, 0.125}});
+    become(5, 0.5, {{2, 0.125}, {5, 0.5}});  // the hole is filled
+    become(1, 0.125, {{5, 0.5}, {1, 0.125}});
+    become(1, 0.5, {});
+}
+
 TEST_F(CommandsTest, AnAcknowledgingClientHasTwoFramesInFlight) {
     start(true);
     Client client(connect(), host());
