@@ -34,8 +34,10 @@ export function editCommand(simulation, { command, ...keys }) {
         break;
       }
       const others = simulation.stiffnessParts.filter((part) => !isSamePart(part, keys));
-      if (others.length >= 64) return { code: "too_many", pointer: "", message: "parts have 64 stiffnesses already" };
-      simulation.stiffnessParts = [...others, keys];
+      const parts = [...others, keys];
+      while (parts[0]?.value === 1) parts.shift();
+      if (parts.length > 64) return { code: "too_many", pointer: "", message: "parts have 64 stiffnesses already" };
+      simulation.stiffnessParts = parts;
       break;
     }
     case "damping":

@@ -57,19 +57,32 @@ describe("touch", () => {
     expect(sent().at(-1)).toBe("pull_end");
   });
 
-  it("makes a part stiffer by a tap with a tool, but not by a second finger", async () => {
+  it("makes a part stiffer by a tap with a tool; a second finger zooms and turns nothing", async () => {
+    /** The camera's distance [m] and its direction. */
+    const camera = async () => {
+      const numbers = /camera=([^&]*)/.exec(decodeURIComponent(await page.evaluate(() => location.hash)));
+      const [x, y, z, ...target] = (numbers as RegExpExecArray)[1].split(",").map(Number);
+      const away = [x - target[0], y - target[1], z - target[2]];
+      const distance = Math.hypot(...away);
+      return { distance, direction: away.map((length) => length / distance) };
+    };
     const scaled = () => sent().filter((command: string) => command === "stiffness_scale").length;
     await page.reload();
     await shown(page);
     await page.tap("[aria-controls=panel]");
     await page.tap("button.tool:text('Stiffer')");
     const before = sent().length;
+    const start = await camera();
     await touch("touchStart", [180, 310]);
     await touch("touchStart", [180, 310], [130, 400]);
+    await touch("touchMove", [185, 300], [125, 410]);
     await touch("touchMove", [190, 290], [120, 420]);
     await touch("touchEnd");
-    await page.waitForTimeout(300);
+    await page.waitForTimeout(1500);
     expect(scaled()).toBe(0);
+    const end = await camera();
+    expect(end.distance).toBeLessThan(0.9 * start.distance);
+    end.direction.forEach((length, axis) => expect(length).toBeCloseTo(start.direction[axis], 2));
     await touch("touchStart", [180, 310]);
     await touch("touchEnd");
     await page.waitForFunction(() => window.tetfront!.state().settings?.stiffness_parts?.length === 1);

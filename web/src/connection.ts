@@ -136,7 +136,7 @@ export class Connection {
       selectedForce: null,
       scrub: null,
       // What the user chose for this scene survives a reconnection.
-      ...(other ? { colouring: hello.view.colouring, wireframe: hello.view.wireframe, cut: null } : {}),
+      ...(other ? { colouring: hello.view.colouring, wireframe: hello.view.wireframe, cut: null, tool: null } : {}),
     });
   }
 

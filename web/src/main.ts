@@ -64,6 +64,7 @@ function start(viewer: Viewer): void {
     binary: (message: BinaryMessage) => viewer.receive(message),
     refused: (command, message) => {
       if (command?.command === "stiffness_scale") viewer.hands.partEdits.forget();
+      if (command?.command === "pull_begin" || command?.command === "pull_move") viewer.hands.pull.drop();
       toasts.show(command ? `${nameOf(command)}: ${message}` : message);
     },
     interrupted: () => viewer.interrupted(),

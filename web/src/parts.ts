@@ -1,6 +1,6 @@
 // Parts of the object that are stiffer or softer than the scene says: what a key, a tap or a typed number says to the server.
-// Pure. The server keeps parts in the order in which they were named, the last word on a place counts, and none can be taken
-// back: a part as stiff as the scene has it is one without effect, below all others.
+// Pure. The server keeps parts in the order in which they were named, and the last word on a place counts. To take one away is to
+// make it as stiff as the scene has it, below all others: those at the list's beginning the server forgets.
 //
 //     setPart(settings.stiffness_parts, part, 5).forEach(send)      // this one five times as stiff, all others as they were
 
@@ -75,6 +75,7 @@ export function foresee(parts: readonly StiffnessPart[], commands: readonly Comm
       const { value, triangle, barycentric, radius } = command;
       const said = { value, triangle, barycentric, radius };
       now = [...now.filter((part) => !isSame(part, said)), said];
+      while (now[0]?.value === 1) now.shift();
     }
   return now;
 }

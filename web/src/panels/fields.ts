@@ -1,6 +1,6 @@
 // Controls that the panel's groups share: a number that can be typed, with its unit and a way back to the scene's value.
 
-import { isOpen } from "../store";
+import { isOpen, toolOf } from "../store";
 import type { State, Store, Tool } from "../store";
 import { h, throttle } from "./dom";
 
@@ -141,7 +141,7 @@ export function toolButton(store: Store, tool: Tool, label: string, title: strin
   const toggle = () => store.set({ tool: store.get().tool === tool ? null : tool });
   const button = h("button", { type: "button", className: "tool", title, onclick: toggle }, label);
   store.watch(
-    (s) => s.tool === tool,
+    (s) => toolOf(s) === tool,
     (taken) => button.setAttribute("aria-pressed", String(taken)),
   );
   store.watch(isOpen, (open) => (button.disabled = !open));

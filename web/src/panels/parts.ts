@@ -51,9 +51,14 @@ export function parts(store: Store, edits: PartEdits): HTMLElement {
       const wanted = keys.map((key) => (rows.get(key) as Row).element);
       // Rows that stay where they are keep the focus, and what is being typed into them.
       if (wanted.length !== list.children.length || wanted.some((item, i) => item !== list.children[i])) {
-        const at = [...list.children].findIndex((item) => item.contains(document.activeElement));
-        list.replaceChildren(...wanted);
-        if (at >= 0) (rows.get(keys[Math.min(at, keys.length - 1)])?.remove ?? stiffer).focus();
+        const active = document.activeElement;
+        const at = [...list.children].findIndex((item) => item.contains(active));
+        for (const item of [...list.children]) if (!wanted.includes(item as HTMLElement)) item.remove();
+        wanted.forEach((item, i) => item !== list.children[i] && list.insertBefore(item, list.children[i] ?? null));
+        if (at >= 0 && document.activeElement !== active) {
+          const next = rows.get(keys[Math.min(at, keys.length - 1)])?.remove ?? stiffer;
+          (list.contains(active) ? (active as HTMLElement) : next).focus();
+        }
       }
       shown.forEach((part, i) => rows.get(keys[i])?.show(part, i));
       clear.hidden = shown.length < 2;

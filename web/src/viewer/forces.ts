@@ -5,6 +5,7 @@ import * as THREE from "three";
 
 import type { Command, Force, Vec3 } from "../messages";
 import type { Hit } from "./pick";
+import { isReplayed } from "./replay";
 
 export interface ForceEvents {
   pick: (ray: THREE.Ray) => Hit | null;
@@ -86,7 +87,8 @@ export class ForceHand {
   }
 
   private down(event: PointerEvent): void {
-    if (event.target !== this.element || event.button !== 0 || this.held || !this.events.enabled()) return;
+    if (isReplayed(event) || event.target !== this.element || event.button !== 0 || this.held || !this.events.enabled())
+      return;
     const known = this.partUnder(event);
     const hit = known ? null : event.shiftKey ? this.events.pick(this.events.ray(event)) : null;
     if (!known && !hit) {

@@ -62,7 +62,8 @@ export class Hands {
     this.pull = new PullHand(canvas, rig.camera, {
       ...shared,
       enabled: () => isOpen(store.get()) && store.get().scrub === null && toolOf(store.get()) === null,
-      focus: (point) => (point ? rig.focus(point) : rig.goHome()),
+      // Two quick taps with a tool are two taps.
+      focus: (point) => toolOf(store.get()) === null && (point ? rig.focus(point) : rig.goHome()),
       keyed: (pullsByKeys) => store.set({ pullsByKeys }),
     });
     this.pins = new PinHand(store, { ...events, place: (pin) => body.point(pin) });
@@ -101,9 +102,12 @@ export class Hands {
   }
 
   grab(): void {
-    this.store.set({ tool: null });
-    if (this.pull.grip) this.pull.letGo();
-    else this.act((ray) => this.pull.grab(ray));
+    if (this.pull.grip) return this.pull.letGo();
+    if (this.store.get().scrub !== null) return;
+    this.act((ray) => {
+      this.store.set({ tool: null });
+      this.pull.grab(ray);
+    });
   }
 
   /** In steps to the right, up and towards the viewer. */

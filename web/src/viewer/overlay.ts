@@ -47,7 +47,8 @@ export class Overlay {
       rig,
       width,
       height,
-      hides: (point) => body.hides(point),
+      hides: state.cut ? (point) => body.hides(point) : null,
+      apart: state.shape === "tets" && state.explode > 0,
     });
   }
 }

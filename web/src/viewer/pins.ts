@@ -23,8 +23,8 @@ export class PinHand {
 
   /** `pin`: true to hold, false to free, undefined for the other of what was said of this place last. */
   act(ray: THREE.Ray, pin?: boolean): void {
-    const { hello, regionSize, settings } = this.store.get();
-    if (!hello || !can(this.store.get(), "edit")) return;
+    const { hello, regionSize, scrub, settings } = this.store.get();
+    if (!hello || scrub !== null || !can(this.store.get(), "edit")) return;
     const hit = this.events.pick(ray);
     if (!hit) return;
     const { triangle, barycentric } = hit;

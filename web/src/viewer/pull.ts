@@ -7,6 +7,7 @@ import * as THREE from "three";
 
 import type { Command, Vec3 } from "../messages";
 import type { Hit } from "./pick";
+import { isReplayed, replay } from "./replay";
 
 export interface Grip {
   pull: number;
@@ -43,7 +44,6 @@ export class PullHand {
   private looked = 0;
   private next = 0;
   private first: PointerEvent | null = null; // where the finger that holds the grip is
-  private handing = false;
 
   constructor(
     private readonly element: HTMLElement,
@@ -107,24 +107,28 @@ export class PullHand {
 
   /** Ends a pull by keys. */
   letGo(): void {
+    if (this.grip?.byKeys) this.release();
+  }
+
+  /** Ends any pull. */
+  release(): void {
     const { grip } = this;
-    if (!grip?.byKeys) return;
     this.drop();
-    this.events.send({ command: "pull_end", pull: grip.pull });
+    if (grip?.begun) this.events.send({ command: "pull_end", pull: grip.pull });
   }
 
   /** Lets go without telling the server, which has ended the pull itself or is not there. */
   drop(): void {
     if (this.grip?.byKeys) this.events.keyed(false);
-    this.grip = null;
+    this.grip = this.first = null;
     this.pointer = -1;
     this.element.classList.remove("pulling");
     this.events.changed();
   }
 
   private down(event: PointerEvent): void {
-    if (this.handing) return;
-    if (this.grip && event.pointerType === "touch" && event.pointerId !== this.pointer) {
+    if (isReplayed(event)) return;
+    if (this.grip && !this.grip.byKeys && event.pointerType === "touch" && event.pointerId !== this.pointer) {
       this.handOver();
       return;
     }
@@ -153,16 +157,9 @@ export class PullHand {
 
   /** A second finger means the camera: the pull ends, and the camera learns of the first finger too. */
   private handOver(): void {
-    const grip = this.grip;
-    const first = this.first;
-    this.drop();
-    if (grip?.begun) this.events.send({ command: "pull_end", pull: grip.pull });
-    if (!first) return;
-    this.handing = true;
-    const { pointerId, pointerType, clientX, clientY, isPrimary } = first;
-    const init = { pointerId, pointerType, clientX, clientY, isPrimary, button: 0, buttons: 1, bubbles: true };
-    this.element.dispatchEvent(new PointerEvent("pointerdown", init));
-    this.handing = false;
+    const { first } = this;
+    this.release();
+    if (first) replay(this.element, first);
   }
 
   private move(event: PointerEvent): void {
@@ -187,9 +184,6 @@ export class PullHand {
   }
 
   private up(event: PointerEvent): void {
-    if (!this.grip || event.pointerId !== this.pointer) return;
-    const { begun, pull } = this.grip;
-    this.drop();
-    if (begun) this.events.send({ command: "pull_end", pull });
+    if (this.grip && event.pointerId === this.pointer) this.release();
   }
 }

@@ -21,7 +21,8 @@ export interface Scenery {
   rig: CameraRig;
   width: number; // [CSS px]
   height: number;
-  hides: (point: THREE.Vector3) => boolean;
+  hides: ((point: THREE.Vector3) => boolean) | null; // null: nothing is cut away
+  apart: boolean; // the tets are: there is no surface for rims to lie on
 }
 
 const WIDTH = 6; // [CSS px] with the rim
@@ -61,7 +62,7 @@ export class Rims {
       regions.push({ rim: findRim(surface.positions, surface.triangles, point, preview.radius), colour: PREVIEW });
     }
     this.viewport.set(width, height);
-    this.draw(regions, surface.positions);
+    this.draw(scenery.apart ? [] : regions, scenery);
     this.tag(shown, scenery);
   }
 
@@ -81,7 +82,10 @@ export class Rims {
     return rim;
   }
 
-  private draw(regions: readonly { rim: Rim; colour: THREE.Color }[], positions: Float32Array): void {
+  private draw(
+    regions: readonly { rim: Rim; colour: THREE.Color }[],
+    { surface: { positions }, hides }: Scenery,
+  ): void {
     const count = regions.reduce((sum, { rim }) => sum + rim.at.length / 2, 0);
     this.object.visible = count > 0;
     if (count === 0) return;
@@ -89,13 +93,26 @@ export class Rims {
     let offset = 0;
     for (const { rim, colour } of regions) {
       const from = offset / 6;
-      offset = placeRim(rim, positions, this.ends, offset);
+      const end = placeRim(rim, positions, this.ends, offset);
+      offset = hides ? this.closeUp(offset, end, hides) : end;
       for (let i = from; i < offset / 6; ++i) colour.toArray(this.colours, 3 * i);
     }
     const { geometry } = this.object;
-    geometry.instanceCount = count;
+    geometry.instanceCount = offset / 6;
     (geometry.attributes["from"] as THREE.InterleavedBufferAttribute).data.needsUpdate = true;
     geometry.attributes["tint"].needsUpdate = true;
+  }
+
+  /** Moves the segments that are not hidden together; returns where they end. */
+  private closeUp(begin: number, end: number, hides: (point: THREE.Vector3) => boolean): number {
+    const point = new THREE.Vector3();
+    let to = begin;
+    for (let from = begin; from < end; from += 6) {
+      if (hides(point.fromArray(this.ends, from))) continue;
+      this.ends.copyWithin(to, from, from + 6);
+      to += 6;
+    }
+    return to;
   }
 
   /** three cannot grow an attribute: a new geometry. */
@@ -117,7 +134,7 @@ export class Rims {
   }
 
   /** Beside the middle of each part that faces the viewer: its number in the panel and its factor. */
-  private tag(parts: readonly StiffnessPart[], { surface, rig, height, hides }: Scenery): void {
+  private tag(parts: readonly StiffnessPart[], { surface, rig, height, hides, apart }: Scenery): void {
     while (this.tags.length < parts.length) {
       const tag = document.createElement("output");
       tag.className = "part";
@@ -134,7 +151,8 @@ export class Rims {
       );
       const point = new THREE.Vector3(...surfacePoint(positions, triangles, part.triangle, part.barycentric));
       const outward = b.sub(a).cross(c.sub(a)).normalize();
-      tag.hidden = outward.dot(rig.camera.position.clone().sub(point)) <= 0 || hides(point);
+      tag.hidden =
+        apart || outward.dot(rig.camera.position.clone().sub(point)) <= 0 || (hides !== null && hides(point));
       tag.textContent = partLabel(part, i);
       const [x, y] = rig.project(point);
       // Above the rim, as long as it is small: how far a disc that faces outward reaches towards the picture's top.

@@ -33,8 +33,8 @@ export class StiffnessHand {
   }
 
   private find(ray: THREE.Ray): { part: StiffnessPart; below: number } | null {
-    const { hello, regionSize } = this.store.get();
-    const hit = hello && canScaleParts(this.store.get()) ? this.events.pick(ray) : null;
+    const { hello, regionSize, scrub } = this.store.get();
+    const hit = hello && scrub === null && canScaleParts(this.store.get()) ? this.events.pick(ray) : null;
     if (!hello || !hit) return null;
     const away = (part: StiffnessPart) => Math.hypot(...this.events.place(part).map((x, i) => x - hit.point[i]));
     const place = { triangle: hit.triangle, barycentric: snapped(hit.barycentric) };

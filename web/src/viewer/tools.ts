@@ -5,6 +5,7 @@ import type * as THREE from "three";
 
 import type { SurfacePlace } from "../messages";
 import type { Tool } from "../store";
+import { isReplayed, replay } from "./replay";
 
 export interface ToolEvents {
   tool: () => Tool | null;
@@ -24,7 +25,8 @@ const FLASH = 1500; // [ms] a region is shown after a key has changed its size
 export class ToolHand {
   /** What a tap would mean. */
   preview: Region | null = null;
-  private tapped: PointerEvent | null = null;
+  private held: PointerEvent | null = null; // where the finger or button is that the camera does not know of
+  private tapped: PointerEvent | null = null; // until it wanders
   private looked = 0;
   private until = 0; // [ms] a region is shown without a tool
 
@@ -37,7 +39,7 @@ export class ToolHand {
     element.addEventListener("pointermove", (event) => this.move(event));
     element.addEventListener("pointerup", (event) => this.up(event));
     for (const kind of ["pointercancel", "lostpointercapture"] as const)
-      element.addEventListener(kind, () => (this.tapped = null));
+      element.addEventListener(kind, () => (this.held = this.tapped = null));
   }
 
   /** The region's size has changed: it is shown for a moment. */
@@ -58,22 +60,27 @@ export class ToolHand {
   }
 
   private down(event: PointerEvent): void {
-    this.tapped = null;
+    if (isReplayed(event)) return;
+    const { held } = this;
+    this.held = this.tapped = null;
+    if (held && event.pointerType === "touch" && !event.isPrimary) return replay(this.element, held);
     if (event.target !== this.element || event.button !== 0 || event.shiftKey || !event.isPrimary) return;
     if (this.events.tool() === null || !this.events.region(this.events.ray(event))) return;
     event.stopImmediatePropagation(); // neither a pull nor the camera
     this.element.setPointerCapture(event.pointerId);
-    this.tapped = event;
+    this.held = this.tapped = event;
   }
 
   private move(event: PointerEvent): void {
-    const { tapped } = this;
+    const { held, tapped } = this;
+    if (held?.pointerId === event.pointerId) this.held = event;
     if (tapped && Math.hypot(event.clientX - tapped.clientX, event.clientY - tapped.clientY) > SLACK)
       this.tapped = null;
   }
 
   private up(event: PointerEvent): void {
     const tool = this.events.tool();
+    if (this.held?.pointerId === event.pointerId) this.held = null;
     if (this.tapped?.pointerId !== event.pointerId || tool === null) return;
     this.tapped = null;
     this.events.use(tool, this.events.ray(event));

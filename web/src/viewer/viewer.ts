@@ -180,6 +180,7 @@ export class Viewer {
     if (this.topology?.epoch !== frame.epoch) return;
     const now = performance.now();
     this.history.push(frame, this.topology, now);
+    if (this.newest && frame.time < this.newest.time) this.interrupted(); // a reset, by anybody, has ended all pulls
     this.newest = frame;
     if (this.store.get().scrub !== null) this.body.haunt(frame);
     else this.present(frame, this.topology, () => this.motion.push(frame, now));
@@ -207,6 +208,7 @@ export class Viewer {
   private scrub(time: number | null): void {
     if (!this.body.surface || !this.newest || !this.topology) return;
     const past = time === null ? null : this.history.at(time);
+    this.hands.pull.release();
     this.interrupted();
     const shown = past ?? { frame: this.newest, topology: this.topology };
     this.present(shown.frame, shown.topology, () => this.motion.jump(shown.frame));
