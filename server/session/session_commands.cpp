@@ -151,7 +151,7 @@ std::optional<CommandError> Session::apply(ClientId client, const Command& comma
                            const StiffnessEdit part{scale.part->point, scale.part->radius, scale.value};
                            std::erase_if(wanted.stiffness, [&](const StiffnessEdit& e) { return e.centre == part.centre && e.radius == part.radius; });
                            wanted.stiffness.push_back(part);
-                           // As the scene has it, and over no other part: nothing to remember.
+                           // As the scene has them, and none said earlier that they could lie over: nothing to remember.
                            const auto first = std::ranges::find_if(wanted.stiffness, [](const StiffnessEdit& e) { return e.scale != 1; });
                            wanted.stiffness.erase(wanted.stiffness.begin(), first);
                            if (wanted.stiffness.size() > max_stiffness)

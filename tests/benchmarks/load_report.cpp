@@ -193,7 +193,9 @@ Download download(double seconds_recorded) {
     if (failed || answer.get().result_int() != 200) throw std::runtime_error("the download failed: " + failed.message() + " " + zip.substr(0, 200));
     if (viewer->lost) throw std::runtime_error("the viewer lost its connection");
     result.megabytes = static_cast<double>(zip.size()) / 1e6;
-    for (std::size_t at = zip.find("PK\1\2"); at != std::string::npos; at = zip.find("PK\1\2", at + 1)) ++result.pictures;  // of the directory
+    const std::size_t end = zip.rfind("PK\5\6");  // the end record; entries in all, 16 bits, ten bytes on
+    if (end == std::string::npos || end + 22 > zip.size()) throw std::runtime_error("the download is no zip file");
+    result.pictures = static_cast<unsigned char>(zip[end + 10]) + 256 * static_cast<unsigned char>(zip[end + 11]);
     result.rate_meanwhile = quantile(viewer->rates, 0.5);
     result.latencies_meanwhile = viewer->latencies;
     return result;
