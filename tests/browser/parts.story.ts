@@ -160,14 +160,17 @@ describe("a part of the object", () => {
     expect(await page.getAttribute("button.tool:text('Softer')", "aria-pressed")).toBe("true");
     expect(await page.isVisible("#panel")).toBe(false); // it lies over the picture here
     expect(await page.innerText(".banners")).toMatch(/softer/);
+    const drag = async () => {
+      await page.mouse.move(at.x, at.y);
+      await page.mouse.down();
+      await page.mouse.move(at.x + 50, at.y, { steps: 4 });
+      await page.mouse.up();
+      await page.waitForTimeout(200);
+    };
     const before = await camera();
     await page.mouse.click(at.x + 30, at.y + 30);
     await told([2, 0.5]);
-    await page.mouse.move(at.x, at.y);
-    await page.mouse.down();
-    await page.mouse.move(at.x + 50, at.y, { steps: 4 });
-    await page.mouse.up();
-    await page.waitForTimeout(200);
+    await drag();
     expect(parts().length).toBe(2);
     expect(pulls().length).toBe(0);
     await screenshot(page, "part_tool");
@@ -175,11 +178,7 @@ describe("a part of the object", () => {
     await page.waitForTimeout(600); // the address is written late
     expect(await camera()).toBe(before);
     expect((await state(page)).tool).toBeNull();
-    await page.mouse.move(at.x, at.y);
-    await page.mouse.down();
-    await page.mouse.move(at.x + 50, at.y, { steps: 4 });
-    await page.mouse.up();
-    await page.waitForTimeout(200);
+    await drag();
     expect(pulls().length).toBeGreaterThan(0);
   });
 

@@ -41,11 +41,11 @@ describe("Connection", () => {
   it("takes the view of a new scene, and keeps the user's for the same one", () => {
     hello("a");
     expect(store.get()).toMatchObject({ colouring: "stiffness", wireframe: true });
-    store.set({ colouring: "level", wireframe: false });
+    store.set({ colouring: "level", wireframe: false, tool: "pin" });
     hello("a");
-    expect(store.get()).toMatchObject({ colouring: "level", wireframe: false });
+    expect(store.get()).toMatchObject({ colouring: "level", wireframe: false, tool: "pin" });
     hello("b");
-    expect(store.get()).toMatchObject({ colouring: "stiffness", wireframe: true });
+    expect(store.get()).toMatchObject({ colouring: "stiffness", wireframe: true, tool: null });
   });
 
   it.each([

@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 
 import type { Command, Settings, StiffnessPart, Vec3 } from "../../web/src/messages";
 import { clearParts, effective, FACTORS, isSame, partAt, regionRadius, setPart, snapped } from "../../web/src/parts";
-import { stepPart, stepped, without } from "../../web/src/parts";
+import { foresee, stepPart, stepped, without } from "../../web/src/parts";
 import { PartEdits } from "../../web/src/part_edits";
 import { initialState, Store } from "../../web/src/store";
 import { random } from "./bytes";
@@ -72,7 +72,10 @@ describe("setting a part", () => {
       const value = FACTORS[next() % FACTORS.length];
       const isKnown = wanted.some((p) => isSame(p, target));
       if (value === 1 && !isKnown) continue;
-      told = obey(told, setPart(told, target, value));
+      const commands = setPart(told, target, value);
+      const foreseen = foresee(told, commands);
+      told = obey(told, commands);
+      expect(foreseen).toEqual(told);
       if (value === 1) wanted = wanted.filter((p) => !isSame(p, target));
       else if (isKnown) wanted = wanted.map((p) => (isSame(p, target) ? { ...p, value } : p));
       else wanted = [...wanted, { ...target, value }];

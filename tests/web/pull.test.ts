@@ -12,7 +12,7 @@ camera.up.set(0, 0, 1);
 camera.position.set(10, 0, 0);
 camera.lookAt(0, 0, 0);
 
-let listeners: Record<string, () => void>;
+let listeners: Record<string, (event?: object) => void>;
 let focused: number;
 let sent: Command[];
 const events = {
@@ -72,6 +72,15 @@ describe("a pull by keys", () => {
     expect(hand.grip).toBeNull();
     expect(sent.length).toBe(commands);
     expect(events.keyed).toHaveBeenLastCalledWith(false);
+  });
+
+  it("goes on when a finger touches the picture, which is the camera's", () => {
+    hand.grab(ray);
+    const stopPropagation = vi.fn();
+    listeners["pointerdown"]({ pointerType: "touch", pointerId: 7, button: 0, stopPropagation });
+    expect(hand.grip?.byKeys).toBe(true);
+    expect(sent.length).toBe(1);
+    expect(stopPropagation).not.toHaveBeenCalled();
   });
 
   it("does not begin beside the object or while nothing can be pulled", () => {

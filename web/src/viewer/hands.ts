@@ -5,6 +5,7 @@ import * as THREE from "three";
 import type { Command, Hello } from "../messages";
 import { PartEdits } from "../part_edits";
 import { regionRadius, snapped } from "../parts";
+import type { Place } from "../parts";
 import { can, isOpen, toolOf } from "../store";
 import type { Store, Tool } from "../store";
 import { forcesOf } from "./annotations";
@@ -16,7 +17,6 @@ import { PinHand } from "./pins";
 import { PullHand } from "./pull";
 import { StiffnessHand } from "./stiffness";
 import { ToolHand } from "./tools";
-import type { Region } from "./tools";
 
 export interface HandEvents {
   pick: (ray: THREE.Ray) => Hit | null;
@@ -143,7 +143,7 @@ export class Hands {
     else this.stiffness.act(ray, tool === "stiffer" ? 1 : -1);
   }
 
-  private region(ray: THREE.Ray): Region | null {
+  private region(ray: THREE.Ray): Place | null {
     const { hello, regionSize, tool } = this.store.get();
     const part = tool === "pin" ? null : this.stiffness.under(ray);
     const hit = part || !hello ? null : this.events.pick(ray);

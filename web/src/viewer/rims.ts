@@ -6,16 +6,16 @@ import * as THREE from "three";
 import { significant } from "../format";
 import type { StiffnessPart, SurfacePlace } from "../messages";
 import { effective, keyOf } from "../parts";
+import type { Place } from "../parts";
 import type { CameraRig } from "./camera";
 import { surfacePoint } from "./pick";
 import { findRim, placeRim } from "./region";
 import type { Rim } from "./region";
 import type { SurfaceMesh } from "./surface";
 
-type Region = SurfacePlace & { radius: number };
 export interface Scenery {
   parts: readonly StiffnessPart[];
-  preview: Region | null;
+  preview: Place | null;
   surface: SurfaceMesh;
   atRest: boolean; // the shape is that at rest
   rig: CameraRig;
@@ -56,18 +56,18 @@ export class Rims {
       colour: part.value > 1 ? STIFFER : SOFTER,
     }));
     const keys = new Set(shown.map(keyOf));
-    for (const key of this.known.keys()) if (!keys.has(key)) this.known.delete(key);
     if (preview && fits(preview)) {
-      const point = surfacePoint(surface.positions, surface.triangles, preview.triangle, preview.barycentric);
-      regions.push({ rim: findRim(surface.positions, surface.triangles, point, preview.radius), colour: PREVIEW });
+      regions.push({ rim: this.rimOf(preview, scenery), colour: PREVIEW });
+      keys.add(keyOf(preview));
     }
+    for (const key of this.known.keys()) if (!keys.has(key)) this.known.delete(key);
     this.viewport.set(width, height);
     this.draw(scenery.apart ? [] : regions, scenery);
     this.tag(shown, scenery);
   }
 
   /** Found in the shape at rest when that is seen; until then in the one that is there. */
-  private rimOf(part: StiffnessPart, { surface, atRest }: Scenery): Rim {
+  private rimOf(part: Place, { surface, atRest }: Scenery): Rim {
     const key = keyOf(part);
     const known = this.known.get(key);
     if (known && (known.atRest || !atRest)) return known.rim;

@@ -3,7 +3,7 @@
 
 import type * as THREE from "three";
 
-import type { SurfacePlace } from "../messages";
+import type { Place } from "../parts";
 import type { Tool } from "../store";
 import { isReplayed, replay } from "./replay";
 
@@ -11,12 +11,10 @@ export interface ToolEvents {
   tool: () => Tool | null;
   ray: (event: MouseEvent) => THREE.Ray;
   /** The region that is meant there. */
-  region: (ray: THREE.Ray) => Region | null;
+  region: (ray: THREE.Ray) => Place | null;
   use: (tool: Tool, ray: THREE.Ray) => void;
   changed: () => void;
 }
-
-export type Region = SurfacePlace & { radius: number };
 
 const SLACK = 8; // [px] a tap may wander this far
 const LOOK_INTERVAL = 60; // [ms] between looks at what is under the pointer
@@ -24,7 +22,7 @@ const FLASH = 1500; // [ms] a region is shown after a key has changed its size
 
 export class ToolHand {
   /** What a tap would mean. */
-  preview: Region | null = null;
+  preview: Place | null = null;
   private held: PointerEvent | null = null; // where the finger or button is that the camera does not know of
   private tapped: PointerEvent | null = null; // until it wanders
   private looked = 0;
