@@ -123,11 +123,11 @@ FrontSpec read_front(const JsonValue& value, int levels) {
     o.read("min_level", front.min_level, 0, 99);
     o.read("max_level", front.max_level, 0, 99);
     if (front.order == 2 && levels == 0) o.place("order").fail("is 2 but `levels` is 0", "use order 1, or levels >= 1");
-    const int finest = front.order == 2 ? levels - 1 : levels;
-    if (front.min_level > std::min(finest, front.max_level)) {
+    const int finest = front.finest(levels);
+    if (front.min_level > finest) {
         o.place("min_level")
             .fail("is " + std::to_string(front.min_level),
-                  "use an integer in [0, " + std::to_string(std::min(finest, front.max_level)) +
+                  "use an integer in [0, " + std::to_string(finest) +
                       "]: not above max_level nor the finest level that this scene can simulate");
     }
     return front;
@@ -238,6 +238,8 @@ Scene read_scene(const JsonDocument& document, const std::filesystem::path& dire
 }
 
 }  // namespace
+
+int FrontSpec::finest(int depth) const { return std::max(0, std::min(max_level, order == 2 ? depth - 1 : depth)); }
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<Override>& overrides) {
     const std::string text = read_text_file(file);

@@ -85,6 +85,9 @@ struct FrontSpec {
     double budget_milliseconds = 0;   // aimed at per step; 0: no limit. Makes runs depend on the machine's speed
     int min_level = 0;         // never coarser
     int max_level = 99;        // never finer; clamped to the tree (order 2: one level above the leaves)
+
+    /// The deepest level that can be active in a tree of this depth.
+    [[nodiscard]] int finest(int depth) const;
 };
 
 struct SolverSpec {

@@ -113,8 +113,9 @@ class Simulation {
     void set_gravity(const Vec3& gravity);                   // [m/s^2]
     void set_tolerance(double tolerance);                    // (0, 1]
     void set_budget(std::size_t tets, double milliseconds);  // per step, as FrontSpec; milliseconds 0: no limit
-    /// Shape, motion and time stay; the front begins as near to the present one as the order allows. Cost: the tree.
+    // Shape, motion and time stay; the front begins as near to the present one as it then may. Cost: the tree.
     void set_order(int order);                               // 1 or 2; 2 needs levels
+    void set_levels(int min_level, int max_level);           // of active tets, as FrontSpec; 0 <= min <= max
     /// Replaces all edits; what stays the same costs nothing, another scale, damping or pin costs the tree.
     void set_edits(const Edits& edits);
     [[nodiscard]] const Edits& edits() const;

@@ -91,7 +91,23 @@ void Simulation::set_budget(std::size_t tets, double milliseconds) {
     impl_->budget_milliseconds = milliseconds;
 }
 
-void Simulation::set_order(int order) { impl_->set_order(order); }
+void Simulation::set_order(int order) {
+    if (order != 1 && order != 2) throw InputError("", "/value", "is no order of tets", "use 1 or 2");
+    if (order == 2 && impl_->model->tree.depth() == 0)
+        throw InputError("", "/value", "needs vertices inside of tets", "use a scene with levels of 1 or more");
+    FrontSpec wanted = impl_->front_spec;
+    wanted.order = order;
+    impl_->set_front(wanted);
+}
+
+void Simulation::set_levels(int min_level, int max_level) {
+    if (min_level < 0 || min_level > max_level) throw InputError("", "/min", "is not a level up to max", "use 0 <= min <= max");
+    FrontSpec wanted = impl_->front_spec;
+    wanted.min_level = min_level;
+    wanted.max_level = max_level;
+    impl_->set_front(wanted);
+}
+
 void Simulation::set_edits(const Edits& edits) { impl_->set_edits(edits); }
 const Edits& Simulation::edits() const { return impl_->edits; }
 

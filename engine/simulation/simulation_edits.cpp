@@ -56,15 +56,13 @@ void Simulation::Impl::set_edits(const Edits& wanted) {
     measure_anew();
 }
 
-void Simulation::Impl::set_order(int order) {
-    check(order == 1 || order == 2, "/value", "use order 1 or 2");
-    if (order == front.order()) return;
-    if (order == 2 && model->tree.depth() == 0)
-        throw InputError("", "/value", "needs vertices inside of tets", "use a scene with levels of 1 or more");
-    for (PerVertex<Vec3>* field : {&state.x, &state.v, &state.a, &state.earlier_x, &state.earlier_v}) interpolate_absent(front, *field);
-    // Splits that lead to what was active; deeper levels than the order allows are left out.
+void Simulation::Impl::set_front(const FrontSpec& wanted) {
     const TetTree& tree = model->tree;
-    Front next(tree, order, front_spec.min_level, front_spec.max_level);
+    Front next(tree, wanted.order, wanted.min_level, wanted.max_level);
+    front_spec = wanted;
+    if (next.order() == front.order() && next.min_level() == front.min_level() && next.max_level() == front.max_level()) return;
+    for (PerVertex<Vec3>* field : {&state.x, &state.v, &state.a, &state.earlier_x, &state.earlier_v}) interpolate_absent(front, *field);
+    // Splits that lead to what was active; deeper levels than it may have are left out.
     PerTet<std::uint8_t> above(tree.tet_count(), 0);
     for (TetId t : front.active())
         for (TetId up = t; tree.level_of(up) > 0;) above[up = tree.parent(up)] = 1;
@@ -72,7 +70,6 @@ void Simulation::Impl::set_order(int order) {
         for (TetId t : tree.level(level))
             if (above[t] && next.is_active(t)) next.split(t);
     next.commit();
-    front_spec.order = order;
     front = std::move(next);
     front.prolong(state.x), front.prolong(state.v), front.prolong(state.a);
     front.prolong(state.earlier_x), front.prolong(state.earlier_v);

@@ -37,7 +37,8 @@ struct Simulation::Impl {
     /// The parts of a report that describe the present state.
     void describe(StepReport& r) const;
     void set_edits(const Edits& wanted);
-    void set_order(int order);
+    /// Another order, or other levels.
+    void set_front(const FrontSpec& wanted);
     /// The model's, or with the edits' scale and damping.
     [[nodiscard]] const ElasticityMatrices& matrices() const { return edited_matrices ? *edited_matrices : model->matrices; }
 

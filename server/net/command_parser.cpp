@@ -23,6 +23,7 @@ constexpr std::int64_t max_pull = (std::int64_t{1} << 31) - 1;
 constexpr double max_coordinate = 1e6;  // [m]
 constexpr double max_gravity = 1e4;     // [m/s^2]
 constexpr int max_tets = 1 << 28;
+constexpr int max_level = 99;
 constexpr double max_force = 1e9;       // [N]
 constexpr std::size_t max_name = 64, max_token = 1024;
 
@@ -217,6 +218,11 @@ const std::vector<std::pair<std::string_view, Reader>>& readers() {
              return command::Damping{mass, m.real("stiffness", 0, 10)};
          }},
         {"order", [](Members& m) { return command::Order{static_cast<int>(m.integer("value", 1, 2))}; }},
+        {"levels",
+         [](Members& m) {
+             const int min = static_cast<int>(m.integer("min", 0, max_level));
+             return command::Levels{min, static_cast<int>(m.integer("max", min, max_level))};
+         }},
         {"load", [](Members& m) { return command::Load{m.name("scene")}; }},
         {"save", [](Members& m) { return command::Save{m.name("name")}; }},
         {"restore", [](Members& m) { return command::Restore{m.name("name")}; }},

@@ -286,6 +286,7 @@ std::string settings_event(const SessionState& state) {
     const command::Budget& budget = state.budget;
     return text({{"type", "settings"},
                  {"order", state.order},
+                 {"levels", {{"min", state.levels.min}, {"max", state.levels.max}}},
                  {"stiffness_scale", state.edits.stiffness_scale},
                  {"stiffness_parts", std::move(parts)},
                  {"damping", {{"mass", state.edits.mass_damping}, {"stiffness", state.edits.stiffness_damping}}},

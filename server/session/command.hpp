@@ -85,6 +85,10 @@ struct Damping {  ///< Rayleigh damping on top of the materials' own
 struct Order {
     int value = 2;  // 1 or 2
 };
+struct Levels {  ///< of active tets; a deeper one than the tree and the order have is the deepest that they have
+    int min = 0;
+    int max = 99;  // min..99
+};
 struct Load {
     std::string scene;  // a name of the library
 };
@@ -123,9 +127,9 @@ using Command =
     std::variant<command::Play, command::Pause, command::Reset, command::Step, command::Speed, command::PullBegin,
                  command::PullMove, command::PullEnd, command::Gravity, command::Tolerance, command::Budget,
                  command::Seek, command::ForceAdd, command::ForceMove, command::ForceRemove, command::Pin,
-                 command::StiffnessScale, command::Damping, command::Order, command::Load, command::Save, command::Restore,
-                 command::RecordStart, command::RecordStop, command::Colouring, command::Compression, command::Token, command::Acknowledge,
-                 command::Scenes, command::States, command::Recordings>;
+                 command::StiffnessScale, command::Damping, command::Order, command::Levels, command::Load, command::Save,
+                 command::Restore, command::RecordStart, command::RecordStop, command::Colouring, command::Compression, command::Token,
+                 command::Acknowledge, command::Scenes, command::States, command::Recordings>;
 
 /// Why a command changed nothing. `code` is one of the codes in server/PROTOCOL.md.
 struct CommandError {

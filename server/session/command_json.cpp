@@ -74,6 +74,9 @@ struct Writer {
         return Json{{"command", "damping"}, {"mass", c.mass}, {"stiffness", c.stiffness}};
     }
     std::optional<Json> operator()(const command::Order& c) const { return Json{{"command", "order"}, {"value", c.value}}; }
+    std::optional<Json> operator()(const command::Levels& c) const {
+        return Json{{"command", "levels"}, {"min", c.min}, {"max", c.max}};
+    }
     template <class Other>
     std::optional<Json> operator()(const Other&) const {
         return std::nullopt;

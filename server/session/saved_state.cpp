@@ -48,6 +48,7 @@ Json head_of(const SavedState& state) {
     head["scene"] = state.scene;
     head["time"] = state.time;
     head["order"] = state.order;
+    if (state.levels) head["levels"] = {state.levels->min, state.levels->max};
     head["stiffness_scale"] = edits.stiffness_scale;
     head["mass_damping"] = edits.mass_damping;
     head["stiffness_damping"] = edits.stiffness_damping;
@@ -67,6 +68,7 @@ SavedState read_head(std::istream& in, const std::filesystem::path& file) {
         state.scene = head.at("scene").get<std::string>();
         state.time = head.at("time").get<double>();
         state.order = head.at("order").get<int>();
+        if (head.contains("levels")) state.levels = {head["levels"].at(0).get<int>(), head["levels"].at(1).get<int>()};
         state.edits.stiffness_scale = head.at("stiffness_scale").get<double>();
         state.edits.mass_damping = head.at("mass_damping").get<double>();
         state.edits.stiffness_damping = head.at("stiffness_damping").get<double>();

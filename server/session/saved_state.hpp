@@ -5,8 +5,10 @@
 //     SavedState state = read_saved_state(file);
 
 #include "engine/simulation/edits.hpp"
+#include "server/session/command.hpp"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace tetfront {
@@ -15,6 +17,7 @@ struct SavedState {
     std::string scene;  // its name
     double time = 0;    // [s]
     int order = 2;
+    std::optional<command::Levels> levels = {};  // none: the scene's
     Edits edits;
     std::string snapshot;  // as Simulation::snapshot() has it
 };

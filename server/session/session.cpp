@@ -262,8 +262,11 @@ void Session::publish_if_due() {
     state_.speed = speed_;
     state_.gravity = gravity_.value_or(model_ ? model_->scene.gravity : Vec3::Zero());
     if (model_) {
-        const FrontSpec& front = model_->scene.front;
-        state_.order = order_.value_or(front.order);
+        FrontSpec front = model_->scene.front;
+        state_.order = front.order = order_.value_or(front.order);
+        if (levels_) front.min_level = levels_->min, front.max_level = levels_->max;
+        state_.levels.max = front.finest(model_->frame_model->depth);
+        state_.levels.min = std::min(front.min_level, state_.levels.max);
         state_.budget = budget_.value_or(command::Budget{front.budget_tets, front.budget_milliseconds});
     }
     state_.edits = edits_;

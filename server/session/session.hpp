@@ -49,6 +49,7 @@ struct SessionState {
     std::vector<FrameForce> scene_forces;      // that act now; of a recording also those of clients
     Vec3 gravity = Vec3::Zero();               // [m/s^2]
     int order = 2;
+    command::Levels levels;  // that can be active
     Edits edits;
     command::Budget budget;
     RecordingStatus recording;
@@ -189,6 +190,7 @@ class Session {
     std::optional<double> tolerance_;
     std::optional<command::Budget> budget_;
     std::optional<int> order_;
+    std::optional<command::Levels> levels_;
     Edits edits_;
     std::set<Field> fields_;
     std::unique_ptr<LiveRecording> recorder_;

@@ -94,7 +94,7 @@ void Session::end_load() {
     if (!error) {
         stop_recording();
         pulls_.clear();
-        gravity_.reset(), tolerance_.reset(), budget_.reset(), order_.reset();
+        gravity_.reset(), tolerance_.reset(), budget_.reset(), order_.reset(), levels_.reset();
         edits_ = {};
         recording_.reset();
         failure_.clear();

@@ -170,6 +170,12 @@ std::optional<CommandError> Session::apply(ClientId client, const Command& comma
                        state_urgent_ = true;
                        return {};
                    },
+                   [&](const command::Levels& levels) -> Result {
+                       stage_->set_levels(levels.min, levels.max);
+                       levels_ = levels;
+                       state_urgent_ = true;
+                       return {};
+                   },
                    [&](const command::Save& wanted) { return save(wanted); },
                    [&](const command::Restore& wanted) { return restore(wanted); },
                    [&](const command::RecordStart& wanted) { return start_recording(wanted); },
@@ -196,6 +202,7 @@ void Session::apply_settings() {
     if (tolerance_) stage_->set_tolerance(*tolerance_);
     if (budget_) stage_->set_budget(static_cast<std::size_t>(budget_->tets), budget_->milliseconds);
     if (order_) stage_->set_order(*order_);
+    if (levels_) stage_->set_levels(levels_->min, levels_->max);
     if (edits_ != Edits{}) stage_->set_edits(edits_);
 }
 
@@ -216,6 +223,7 @@ std::optional<CommandError> Session::save(const command::Save& wanted) {
     write_saved_state(settings_.library.new_state(wanted.name), {.scene = model_->scene.name,
                                                                  .time = stage_->time(),
                                                                  .order = order_.value_or(model_->scene.front.order),
+                                                                 .levels = levels_,
                                                                  .edits = edits_,
                                                                  .snapshot = stage_->save_state()});
     return {};
@@ -231,6 +239,7 @@ std::optional<CommandError> Session::restore(const command::Restore& wanted) {
     const Snapshot snapshot = decode(saved.snapshot, wanted.name);
     auto stage = make_stage_();
     stage->set_order(saved.order);
+    if (saved.levels) stage->set_levels(saved.levels->min, saved.levels->max);
     stage->set_edits(saved.edits);
     stage->restore_state(saved.snapshot, wanted.name);
     for (const Snapshot::Pull& pull : snapshot.pulls) stage->end_pull(pull.id);
@@ -239,6 +248,7 @@ std::optional<CommandError> Session::restore(const command::Restore& wanted) {
     pulls_.clear();
     pending_steps_ = 0;
     order_ = saved.order;
+    levels_ = saved.levels;
     edits_ = saved.edits;
     gravity_ = Vec3(snapshot.gravity[0], snapshot.gravity[1], snapshot.gravity[2]);
     tolerance_ = snapshot.tolerance;

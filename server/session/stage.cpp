@@ -41,6 +41,7 @@ class SimulationStage : public Stage {
         time_ = simulation_.frame()->status.time;
     }
     void set_order(int order) override { simulation_.set_order(order); }
+    void set_levels(int min_level, int max_level) override { simulation_.set_levels(min_level, max_level); }
     void set_edits(const Edits& edits) override { simulation_.set_edits(edits); }
 
  private:
@@ -94,6 +95,7 @@ void Stage::set_budget(std::size_t, double) { refuse(); }
 std::string Stage::save_state() const { refuse(); }
 void Stage::restore_state(std::string_view, const std::string&) { refuse(); }
 void Stage::set_order(int) { refuse(); }
+void Stage::set_levels(int, int) { refuse(); }
 void Stage::set_edits(const Edits&) { refuse(); }
 
 std::unique_ptr<Stage> play_simulation(const std::shared_ptr<const Model>& model) {

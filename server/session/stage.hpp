@@ -55,6 +55,7 @@ class Stage {
     /// Also throws InputError for bytes that are no state of this model, and changes nothing then.
     virtual void restore_state(std::string_view state, const std::string& name);
     virtual void set_order(int order);
+    virtual void set_levels(int min_level, int max_level);
     virtual void set_edits(const Edits& edits);
 };
 

@@ -122,6 +122,18 @@ describe("tetfront serve and its page", () => {
     await page.waitForFunction(() => window.tetfront!.frame()?.pulls.length === 0);
   });
 
+  it("keeps to the levels that are chosen", async () => {
+    await page.click("[aria-controls=panel]");
+    const tets = async () => (await state(page)).simulation!.tets_by_level;
+    expect((await tets())[0]).toBeGreaterThan(0);
+    await page.selectOption("[aria-label='Coarsest level']", "1");
+    await page.waitForFunction(() => window.tetfront!.state().simulation!.tets_by_level[0] === 0);
+    expect((await tets())[1]).toBeGreaterThan(0);
+    await page.click("[aria-label='Reset levels']");
+    await page.waitForFunction(() => window.tetfront!.state().simulation!.tets_by_level[0] > 0);
+    await page.click("[aria-controls=panel]");
+  });
+
   it("tells what was refused", async () => {
     await page.click("[aria-controls=panel]");
     await page.$eval("[aria-label='Tolerance in percent']", (input) => input.removeAttribute("max"));

@@ -45,6 +45,11 @@ export function editCommand(simulation, { command, ...keys }) {
       break;
     case "order":
       simulation.order = keys.value;
+      simulation.limitLevels();
+      break;
+    case "levels":
+      simulation.wantedLevels = { min: keys.min, max: keys.max };
+      simulation.limitLevels();
       break;
     case "budget":
       simulation.budget = { tets: keys.tets ?? null, milliseconds: keys.milliseconds ?? null };

@@ -22,6 +22,8 @@ export class MockSimulation {
   failed = false;
   colouringsSent = 0;
   order = 1;
+  levels = { min: 0, max: 2 };
+  wantedLevels = { min: 0, max: 99 };
   stiffness = 1;
   stiffnessParts = []; // as in "settings"
   damping = { mass: 0, stiffness: 0 };
@@ -96,10 +98,16 @@ export class MockSimulation {
     };
   }
 
+  limitLevels() {
+    const deepest = this.order === 2 ? 1 : 2;
+    const max = Math.min(this.wantedLevels.max, deepest);
+    this.levels = { min: Math.min(this.wantedLevels.min, max), max };
+  }
+
   settings() {
-    const { order, damping, budget, forces, pins, stiffness, stiffnessParts } = this;
+    const { order, levels, damping, budget, forces, pins, stiffness, stiffnessParts } = this;
     const scales = { stiffness_scale: stiffness, stiffness_parts: stiffnessParts };
-    return { type: "settings", order, ...scales, damping, budget, forces, pins };
+    return { type: "settings", order, levels, ...scales, damping, budget, forces, pins };
   }
 
   recordingState() {

@@ -7,7 +7,7 @@ import { initialState } from "../../web/src/store";
 import type { State } from "../../web/src/store";
 
 const settings: Settings = {
-  ...{ type: "settings", order: 2, stiffness_scale: 1, damping: { mass: 0, stiffness: 0 } },
+  ...{ type: "settings", order: 2, levels: { min: 0, max: 1 }, stiffness_scale: 1, damping: { mass: 0, stiffness: 0 } },
   ...{ budget: { tets: null, milliseconds: null }, forces: [], pins: [] },
 };
 const asInTheScene: State = {
@@ -16,6 +16,7 @@ const asInTheScene: State = {
   hello: {
     scene: { name: "bunny & co", title: "" },
     view: { eye: [0, 0, 1], target: [0, 0, 0], field_of_view: 35, colouring: "level", wireframe: false },
+    depth: 2,
     tolerance: 0.03,
     gravity: [0, 0, -9.81],
     rest_box: [0, 0, 0, 2, 4, 6],
@@ -36,7 +37,7 @@ describe("the address", () => {
       simulation: { speed: 0.5, tolerance: 0.01, gravity: [1, 0, 0] } as unknown as SimulationState,
       settings: {
         ...settings,
-        ...{ order: 1, stiffness_scale: 2, damping: { mass: 1, stiffness: 0.01 } },
+        ...{ order: 1, levels: { min: 1, max: 1 }, stiffness_scale: 2, damping: { mass: 1, stiffness: 0.01 } },
         budget: { tets: 500, milliseconds: null },
       },
     };
@@ -49,6 +50,7 @@ describe("the address", () => {
       { command: "speed", value: 0.5 },
       { command: "tolerance", value: 0.01 },
       { command: "order", value: 1 },
+      { command: "levels", min: 1, max: 1 },
       { command: "stiffness_scale", value: 2 },
       { command: "gravity", value: [1, 0, 0] },
       { command: "damping", mass: 1, stiffness: 0.01 },
@@ -56,7 +58,12 @@ describe("the address", () => {
     ]);
   });
 
-  it.each(["", "#", "#colour=nonsense&cut=q,2&camera=1,2&gravity=a,b,c&tolerance=x&explode=", "#%E0%A4%A"])(
+  it("says nothing of levels that only follow the order", () => {
+    const linear: State = { ...asInTheScene, settings: { ...settings, order: 1, levels: { min: 0, max: 2 } } };
+    expect(toFragment(linear, null)).toBe("scene=bunny%20%26%20co&order=1");
+  });
+
+  it.each(["", "#", "#colour=nonsense&cut=q,2&levels=1&camera=1,2&gravity=a,b,c&tolerance=x&explode=", "#%E0%A4%A"])(
     "ignores what it does not understand: %s",
     (fragment) => {
       const shared = fromFragment(fragment);

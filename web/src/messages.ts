@@ -104,10 +104,17 @@ export interface StiffnessPart extends SurfacePlace {
   radius: number; // [m] around the point at rest
 }
 
+/** That tets can have: within 0..depth. */
+export interface Levels {
+  min: number;
+  max: number;
+}
+
 /** What commands have set and all clients share. */
 export interface Settings {
   type: "settings";
   order: number;
+  levels?: Levels; // older servers have none
   stiffness_scale: number;
   stiffness_parts?: readonly StiffnessPart[]; // the last word on a place counts; older servers have none
   damping: { mass: number /* 1/s */; stiffness: number /* s */ };
@@ -232,6 +239,7 @@ export type Command =
   | ({ command: "stiffness_scale" } & StiffnessPart)
   | { command: "damping"; mass: number; stiffness: number }
   | { command: "order"; value: number } // 1 or 2
+  | ({ command: "levels" } & Levels) // deeper than the scene goes: as deep as it goes
   | { command: "scenes" | "recordings" }
   | { command: "load"; scene: string }
   | { command: "record_start"; colouring?: Colouring; fps?: number }

@@ -5,6 +5,7 @@
 //
 // The simulation's values are taken over once, when the page is opened, and only for the scene that they were made for.
 
+import { wantedLevels } from "./levels";
 import type { Command, Vec3 } from "./messages";
 import { COLOURINGS } from "./scale";
 import { initialView } from "./store";
@@ -29,6 +30,11 @@ export function toFragment(state: Readonly<State>, camera: readonly number[] | n
   put("gravity", simulation?.gravity.join(), hello.gravity.join());
   put("stiffness", settings?.stiffness_scale, 1);
   put("order", settings?.order, first?.order);
+  const levels = (from: typeof settings) => {
+    const wanted = from && wantedLevels(hello, from);
+    return wanted && `${wanted.min},${wanted.max}`;
+  };
+  put("levels", levels(settings), levels(first));
   if (settings && first) {
     const damping = ({ damping: { mass, stiffness } }: typeof settings) => `${mass},${stiffness}`;
     put("damping", damping(settings), damping(first));
@@ -72,6 +78,8 @@ export function fromFragment(fragment: string): Shared {
   set("speed", "speed");
   set("tolerance", "tolerance");
   set("order", "order");
+  const levels = numbers("levels", 2);
+  if (levels) commands.push({ command: "levels", min: levels[0], max: levels[1] });
   const scale = number("stiffness");
   if (scale !== undefined) commands.push({ command: "stiffness_scale", value: scale });
   const gravity = numbers("gravity", 3);

@@ -1,7 +1,8 @@
-// Forces, pins, stiffness, damping and the order changed while a simulation runs.
+// Forces, pins, stiffness, damping, the order and the levels changed while a simulation runs.
 #include "engine/simulation/simulation.hpp"
 
 #include <cmath>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -197,6 +198,46 @@ TEST(Edits, TheOrderChangesWhileShapeAndMotionStay) {
     }
 }
 
+TEST(Edits, TheLevelsChangeWhileShapeAndMotionStay) {
+    for (const int order : {1, 2}) {
+        Simulation simulation(cantilever_model({{"/levels", "2"}, {"/front/order", std::to_string(order)}, {"/front/tolerance", "0.0005"}}));
+        const int deepest = order == 1 ? 2 : 1;
+        const std::uint32_t tip = tip_of(simulation);
+        const auto levels = [&] {
+            std::set<int> seen;
+            for (const TetId t : simulation.front().active()) seen.insert(simulation.model().tree.level_of(t));
+            return seen;
+        };
+        step(simulation, 12);
+        EXPECT_TRUE(levels().contains(deepest)) << "the tolerance is too large for this test";
+        const auto stays = [&](int low, int high, const std::set<int>& expected) {
+            const Vec3 place = centre(simulation, tip), momentum = simulation.momentum().linear;
+            simulation.set_levels(low, high);
+            EXPECT_NO_THROW(simulation.front().validate());
+            EXPECT_EQ(levels(), expected) << low << ".." << high;
+            EXPECT_LT((centre(simulation, tip) - place).norm(), 0.03);
+            EXPECT_LT((simulation.momentum().linear - momentum).norm(), 0.05 * momentum.norm());
+        };
+        stays(0, 0, {0});
+        step(simulation, 12);
+        EXPECT_EQ(levels(), std::set<int>{0}) << "no finer than was said";
+        stays(9, 9, {deepest});
+        simulation.set_tolerance(1);
+        step(simulation, 12);
+        EXPECT_EQ(levels(), std::set<int>{deepest}) << "no coarser than was said";
+        simulation.reset();
+        EXPECT_EQ(levels(), std::set<int>{deepest});
+        step(simulation, 12);
+        const auto epoch = simulation.frame()->topology->epoch;
+        simulation.set_levels(deepest, deepest);
+        EXPECT_EQ(simulation.frame()->topology->epoch, epoch) << "the same levels in other words";
+        simulation.set_levels(0, 99);
+        step(simulation, 60);
+        EXPECT_TRUE(levels().contains(0)) << "as coarse as the tolerance lets it be again";
+        EXPECT_TRUE(std::isfinite(simulation.energy().elastic));
+    }
+}
+
 TEST(Edits, RefusesWhatIsOutOfRangeAndChangesNothing) {
     Simulation simulation(cantilever_model());
     const auto refused = [&](auto change) {
@@ -217,6 +258,8 @@ TEST(Edits, RefusesWhatIsOutOfRangeAndChangesNothing) {
     refused([](Edits& e) { e.pins = {{true, {0, {2, 0, -1}}, 1}}; });
     refused([](Edits& e) { e.pins = {{true, {}, -1}}; });
     EXPECT_THROW(simulation.set_order(3), InputError);
+    EXPECT_THROW(simulation.set_levels(-1, 1), InputError);
+    EXPECT_THROW(simulation.set_levels(2, 1), InputError);
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ TEST_F(AttackTest, EveryNumberOfEveryCommandMayBeNonsense) {
         {{"command", "force_move"}, {"force", 0}, {"value", {0, 0, 0}}}, {{"command", "force_remove"}, {"force", 0}},
         {{"command", "pin"}, {"triangle", 0}, {"barycentric", {1, 0, 0}}, {"radius", 0}},
         {{"command", "stiffness_scale"}, {"value", 1}}, {{"command", "damping"}, {"mass", 0}, {"stiffness", 0}},
-        {{"command", "order"}, {"value", 2}}, {{"command", "record_start"}, {"fps", 30}}};
+        {{"command", "order"}, {"value", 2}}, {{"command", "levels"}, {"min", 0}, {"max", 1}}, {{"command", "record_start"}, {"fps", 30}}};
     const auto refused = [&](std::string text, const char* nonsense) {
         const std::size_t at = text.find("\"HERE\"");
         text.replace(at, 6, nonsense);

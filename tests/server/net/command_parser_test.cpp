@@ -97,6 +97,9 @@ TEST(CommandParser, ReadsEdits) {
     EXPECT_EQ(damping.mass, 2);
     EXPECT_EQ(damping.stiffness, 0.5);
     EXPECT_EQ(accepted<command::Order>(R"({"id": 7, "command": "order", "value": 1})").value, 1);
+    const auto levels = accepted<command::Levels>(R"({"id": 7, "command": "levels", "min": 1, "max": 3})");
+    EXPECT_EQ(levels.min, 1);
+    EXPECT_EQ(levels.max, 3);
 }
 
 TEST(CommandParser, ReadsWhatConcernsTheServer) {
@@ -214,6 +217,11 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{R"({"id": 7, "command": "compression", "value": 1})", "wrong_type", "/value"},
         Refusal{R"({"id": 7, "command": "order", "value": 3})", "out_of_range", "/value"},
         Refusal{R"({"id": 7, "command": "order", "value": 1.5})", "wrong_type", "/value"},
+        Refusal{R"({"id": 7, "command": "levels", "min": 1})", "missing_key", "/max"},
+        Refusal{R"({"id": 7, "command": "levels", "min": -1, "max": 1})", "out_of_range", "/min"},
+        Refusal{R"({"id": 7, "command": "levels", "min": 2, "max": 1})", "out_of_range", "/max"},
+        Refusal{R"({"id": 7, "command": "levels", "min": 0, "max": 1000000000})", "out_of_range", "/max"},
+        Refusal{R"({"id": 7, "command": "levels", "min": 0, "max": 0.5})", "wrong_type", "/max"},
         Refusal{R"({"id": 7, "command": "stiffness_scale", "value": 0})", "out_of_range", "/value"},
         Refusal{R"({"id": 7, "command": "stiffness_scale", "value": 1e308})", "out_of_range", "/value"},
         Refusal{R"({"id": 7, "command": "stiffness_scale", "value": 1, "radius": 1})", "missing_key", "/triangle"},

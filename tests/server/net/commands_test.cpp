@@ -115,6 +115,7 @@ TEST_F(CommandsTest, EditsAreSharedAndSurviveTheirClient) {
             EXPECT_EQ(editor.command(place({{"id", 9}, {"command", "stiffness_scale"}, {"value", value}, {"radius", 0.5}}))["type"], "ok");
         EXPECT_EQ(editor.command({{"id", 6}, {"command", "damping"}, {"mass", 1}, {"stiffness", 0.5}})["type"], "ok");
         EXPECT_EQ(editor.command({{"id", 7}, {"command", "order"}, {"value", 1}})["type"], "ok");
+        EXPECT_EQ(editor.command({{"id", 10}, {"command", "levels"}, {"min", 1}, {"max", 9}})["type"], "ok");
         Json bad = place({{"id", 8}, {"command", "force_add"}, {"force", 9}, {"value", {0, 0, 5}}});
         bad["triangle"] = 99999;
         const Json refusal = editor.command(bad);
@@ -129,6 +130,7 @@ TEST_F(CommandsTest, EditsAreSharedAndSurviveTheirClient) {
     EXPECT_EQ(settings["stiffness_parts"], Json::array({place({{"value", 3.0}, {"radius", 0.5}})})) << "the same place again replaces it";
     EXPECT_EQ(settings["damping"], Json({{"mass", 1.0}, {"stiffness", 0.5}}));
     EXPECT_EQ(settings["order"], 1);
+    EXPECT_EQ(settings["levels"], Json({{"min", 1}, {"max", 1}})) << "as deep as the scene goes";
     EXPECT_EQ(late.command({{"id", 1}, {"command", "force_remove"}, {"force", 7}})["type"], "ok");
     EXPECT_EQ(late.event("settings")["forces"], Json::array());
     EXPECT_EQ(late.command({{"id", 2}, {"command", "step"}, {"count", 5}})["type"], "ok");
@@ -344,6 +346,7 @@ TEST_F(CommandsTest, ARecordingKeepsWhatWasDoneMeanwhile) {
                                   place({{"command", "stiffness_scale"}, {"value", 5.0}, {"radius", 0.5}}),
                                   {{"command", "damping"}, {"mass", 1.0}, {"stiffness", 0.5}},
                                   {{"command", "order"}, {"value", 1}},
+                                  {{"command", "levels"}, {"min", 0}, {"max", 1}},
                                   place({{"command", "pull_begin"}, {"pull", 3}, {"target", {1.0, 0.0, 2.0}}}),
                                   {{"command", "pull_move"}, {"pull", 3}, {"target", {1.0, 0.0, 3.0}}}};
     for (const Json& command : commands) done(command);
@@ -422,6 +425,7 @@ TEST_F(CommandsTest, SavesAMomentAndGoesBackToIt) {
     EXPECT_EQ(client.command(place({{"id", 1}, {"command", "force_add"}, {"force", 7}, {"value", {0, 0, 5}}}))["type"], "ok");
     EXPECT_EQ(client.command(place({{"id", 1}, {"command", "stiffness_scale"}, {"value", 5}, {"radius", 0.5}}))["type"], "ok");
     EXPECT_EQ(client.command({{"id", 2}, {"command", "order"}, {"value", 1}})["type"], "ok");
+    EXPECT_EQ(client.command({{"id", 2}, {"command", "levels"}, {"min", 0}, {"max", 0}})["type"], "ok");
     EXPECT_EQ(client.command({{"id", 3}, {"command", "step"}, {"count", 6}})["type"], "ok");
     at_step(6);
     EXPECT_EQ(client.command({{"id", 4}, {"command", "save"}, {"name", "six"}})["type"], "ok");
@@ -433,6 +437,7 @@ TEST_F(CommandsTest, SavesAMomentAndGoesBackToIt) {
     EXPECT_NEAR(states[0]["time"].get<double>(), 0.1, 1e-9);
     EXPECT_EQ(client.command({{"id", 7}, {"command", "force_remove"}, {"force", 7}})["type"], "ok");
     EXPECT_EQ(client.command(place({{"id", 7}, {"command", "stiffness_scale"}, {"value", 1}, {"radius", 0.5}}))["type"], "ok");
+    EXPECT_EQ(client.command({{"id", 8}, {"command", "levels"}, {"min", 0}, {"max", 9}})["type"], "ok");
     EXPECT_EQ(client.command({{"id", 8}, {"command", "reset"}})["type"], "ok");
     at_step(0);
     EXPECT_EQ(client.command({{"id", 9}, {"command", "restore"}, {"name", "seven"}})["code"], "unknown_name");
@@ -441,6 +446,7 @@ TEST_F(CommandsTest, SavesAMomentAndGoesBackToIt) {
     EXPECT_EQ(settings["forces"].size(), 1U);
     EXPECT_EQ(settings["stiffness_parts"], Json::array({place({{"value", 5.0}, {"radius", 0.5}})}));
     EXPECT_EQ(settings["order"], 1);
+    EXPECT_EQ(settings["levels"], Json({{"min", 0}, {"max", 0}}));
     at_step(6);
     data_.write("states/bad.tfs", "{\"tetfront_state\": 1}\nbytes");
     EXPECT_EQ(client.command({{"id", 11}, {"command", "restore"}, {"name", "bad"}})["code"], "failed");

@@ -46,6 +46,7 @@ SessionState sample_state() {
             .scene_forces = {{{1, 0.5, 2}, {0, 0, -25}}},
             .gravity = {0, 0, -9.75},
             .order = 2,
+            .levels = {0, 1},
             .edits = {.stiffness_scale = 2,
                       .stiffness = {{{0, {0.25, 0.25, 0.5}}, 0.5, 10}},
                       .mass_damping = 0.5,

@@ -146,11 +146,14 @@ TEST(Session, SettingsReachTheSimulationAndSurviveAReset) {
     TestSession s(false);
     EXPECT_FALSE(s.send(command::Gravity{{0, 1, 0}}));
     EXPECT_FALSE(s.send(command::Tolerance{0.125}));
+    EXPECT_FALSE(s.send(command::Levels{0, 0}));
     EXPECT_FALSE(s.send(command::Reset{}));
     EXPECT_FALSE(s.send(command::Step{10}));
     ASSERT_TRUE(s.wait([&] { return s.state.status.step == 10; }));
     EXPECT_EQ(s.state.gravity, Vec3(0, 1, 0));
     EXPECT_EQ(s.state.status.tolerance, 0.125);
+    EXPECT_EQ(s.state.levels.max, 0);
+    EXPECT_EQ(std::accumulate(s.state.tets_by_level.begin() + 1, s.state.tets_by_level.end(), 0U), 0U);
     float most = 0;
     for (const auto& p : s.frame->surface) most = std::max(most, p[1]);
     EXPECT_GT(most, 1.001F) << "the beam falls sideways";
@@ -314,7 +317,7 @@ TEST(Session, ARecordingCannotBeChanged) {
     const TemporaryFolder folder;
     TestSession s(false, short_recording(folder));
     ASSERT_TRUE(s.wait([&] { return s.frame != nullptr; }));
-    for (const Command& command : {Command{command::Gravity{{0, 0, 1}}}, Command{command::Tolerance{0.1}},
+    for (const Command& command : {Command{command::Gravity{{0, 0, 1}}}, Command{command::Tolerance{0.1}}, Command{command::Levels{0, 1}},
                                    Command{command::PullBegin{1, {0, Vec3::Constant(1.0 / 3)}, {0, 0, 0}}}}) {
         const auto error = s.send(command);
         ASSERT_TRUE(error);

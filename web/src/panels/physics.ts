@@ -1,6 +1,7 @@
 // What one can change of the simulation. A change acts at once; a value that the server refuses goes back to the server's.
 
-import type { Command, Vec3 } from "../messages";
+import { deepestLevel, wantedLevels } from "../levels";
+import type { Command, Levels, Vec3 } from "../messages";
 import { can, isOpen } from "../store";
 import type { State, Store } from "../store";
 import { h } from "./dom";
@@ -18,6 +19,7 @@ export function physics(store: Store, send: Send): HTMLElement[] {
     ...rows.map((field) => numberRow(store, field)),
     ...budgets(store, send).map((field) => numberRow(store, field)),
     order(store, send),
+    levels(store, send),
   ];
   const material = [gravity(store, send), ...materials(store, send).map((field) => numberRow(store, field))];
   return [group("Accuracy and cost", true, ...front), group("Physics", true, ...material)];
@@ -87,6 +89,61 @@ function order(store: Store, send: Send): HTMLElement {
   );
   store.watch(edits, (on) => choice.inputs.forEach((input) => (input.disabled = !on)));
   return h("div", { className: "value" }, h("span", { className: "name" }, "Order"), choice.element);
+}
+
+/** That the tets can have. */
+function levels(store: Store, send: Send): HTMLElement {
+  const deepest = ({ hello, settings }: Readonly<State>): number =>
+    hello && settings?.levels ? deepestLevel(hello, settings.order) : 0;
+  const change = (levels: Partial<Levels>) => {
+    const { hello, settings } = store.get();
+    if (!hello || !settings?.levels) return;
+    const { min, max } = { ...settings.levels, ...levels };
+    // Who moves one end beyond the other takes it along.
+    const both = levels.max === undefined ? { min, max: Math.max(min, max) } : { min: Math.min(min, max), max };
+    const wanted = wantedLevels(hello, { ...settings, levels: both });
+    if (wanted) send({ command: "levels", ...wanted });
+  };
+  const choice = (label: string, end: "min" | "max") => {
+    const select = h("select", {
+      onchange: () => change({ [end]: Number(select.value) }),
+      attributes: { "aria-label": label },
+    });
+    return select;
+  };
+  const coarsest = choice("Coarsest level", "min");
+  const finest = choice("Finest level", "max");
+  const scene = ({ hello, initialSettings }: Readonly<State>) =>
+    hello && initialSettings ? wantedLevels(hello, initialSettings) : undefined;
+  const reset = resetButton("Levels", () => {
+    const levels = scene(store.get());
+    if (levels) send({ command: "levels", ...levels });
+  });
+  const show = () => {
+    const state = store.get();
+    const numbers = Array.from({ length: deepest(state) + 1 }, (_, i) => String(i));
+    const now = state.settings?.levels ?? { min: 0, max: 0 };
+    for (const [select, level] of [[coarsest, now.min] as const, [finest, now.max] as const]) {
+      if (select.length !== numbers.length)
+        select.replaceChildren(...numbers.map((value) => h("option", { value }, value)));
+      select.value = String(level);
+    }
+    const first = scene(state);
+    const within = (level: number) => Math.min(level, deepest(state));
+    reset.hidden = !first || (within(first.min) === now.min && within(first.max) === now.max);
+  };
+  store.watch((s) => JSON.stringify([s.settings?.levels, scene(s), deepest(s)]), show);
+  store.watch(
+    (s) => edits(s) && deepest(s) > 0,
+    (on) => [coarsest, finest, reset].forEach((element) => (element.disabled = !on)),
+  );
+  const title = "Tets are of these levels only: 0 are the roots; each level has edges half as long as the one before";
+  return h(
+    "div",
+    { className: "value", title },
+    h("span", { className: "name" }, "Levels", reset),
+    h("div", { className: "row range" }, coarsest, h("span", {}, "to"), finest),
+  );
 }
 
 function materials(store: Store, send: Send): NumberField[] {
