@@ -1,7 +1,7 @@
 // Something is not as it should be: a token is wanted, the simulation has failed, the line or the page is too slow. The page
 // says so, and says what helps.
 
-import type { Browser } from "playwright-core";
+import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 
 import { startMockServer } from "./mock_server.mjs";
@@ -90,5 +90,32 @@ describe("frames that do not arrive", () => {
     expect(problems).toEqual([]);
     await page.close();
     await server.close();
+  });
+});
+
+describe("a page that cannot begin", () => {
+  const fatal = async (prepare: (page: Page) => Promise<void>) => {
+    const server = await startMockServer({ detail: 3 });
+    const page = await browser.newPage({ viewport: { width: 640, height: 360 } });
+    await prepare(page);
+    await page.goto(server.url);
+    await page.waitForSelector("#fatal:not([hidden])");
+    const text = await page.innerText("#fatal");
+    await screenshot(page, "fatal");
+    await page.close();
+    await server.close();
+    return text;
+  };
+
+  it("says that a part of it is missing", async () => {
+    const text = await fatal((page) => page.route("**/assets/main-*.js", (route) => route.fulfill({ status: 404 })));
+    expect(text).toMatch(/did not load\s+Reload it/);
+  });
+
+  it("says that the browser has no WebGL 2", async () => {
+    const text = await fatal((page) =>
+      page.addInitScript(() => Object.assign(HTMLCanvasElement.prototype, { getContext: () => null })),
+    );
+    expect(text).toMatch(/cannot show the picture.*WebGL 2/s);
   });
 });

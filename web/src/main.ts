@@ -1,7 +1,5 @@
 // Puts the parts together: worker <-> connection -> store -> viewer and page.
 
-import "./styles/index.css";
-
 import { Connection } from "./connection";
 import type { Colouring, Command } from "./messages";
 import { buildPage } from "./page";
@@ -10,6 +8,7 @@ import { Toasts } from "./panels/toasts";
 import type { BinaryMessage } from "./protocol";
 import { fromFragment, toFragment } from "./share";
 import { isField } from "./scale";
+import { worker } from "./socket";
 import { can, initialState, isOpen, Store } from "./store";
 import { followTheme } from "./theme";
 import { Viewer } from "./viewer/viewer";
@@ -39,8 +38,6 @@ const canvas = byId<HTMLCanvasElement>("view");
 let connection: Connection | undefined;
 const send = (command: Command): void => connection?.send(command);
 
-// Begun before the picture: both take a while, side by side.
-const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module", name: "tetfront socket" });
 const viewer = tryViewer();
 if (viewer) start(viewer);
 else worker.terminate();
