@@ -114,7 +114,7 @@ Result watch(int count, double seconds) {
 struct Churn {
     int cycles = 0;
     double memory_before = 0, memory_after = 0;  // [MB]
-    long descriptors_before = 0, descriptors_after = 0;
+    long descriptors_before = 0, descriptors_after = 0, threads_before = 0, threads_after = 0;
 };
 
 /// Connects and leaves, every other time in the middle of a message.
@@ -139,11 +139,42 @@ Churn churn(int cycles) {
     };
     io.run_for(10s);  // the simulation's own memory grows until its front has settled, whoever connects
     for (int i = 0; i < cycles / 10; ++i) cycle(i);  // caches and pools fill
-    result.memory_before = server.resident_megabytes(), result.descriptors_before = server.descriptors();
+    result.memory_before = server.resident_megabytes(), result.descriptors_before = server.descriptors(), result.threads_before = server.threads();
     for (int i = 0; i < cycles; ++i) cycle(i);
     io.run_for(3s);
-    result.memory_after = server.resident_megabytes(), result.descriptors_after = server.descriptors();
+    result.memory_after = server.resident_megabytes(), result.descriptors_after = server.descriptors(), result.threads_after = server.threads();
     if (viewer->lost) throw std::runtime_error("the viewer that stayed lost its connection");
+    return result;
+}
+
+struct Asleep {
+    int viewers = 0;
+    double seconds = 0, memory_before = 0, memory_after = 0;  // [s], [MB]
+    std::uint64_t frames = 0;                                 // the most that one of them got
+};
+
+/// Viewers that do not show anything any more while another one watches.
+Asleep sleep(int count, double seconds) {
+    ServerProcess server = serve_the_bunny();
+    asio::io_context io;
+    const auto awake = std::make_shared<WatchingClient>(io, server.port());
+    awake->read();
+    while (awake->frames == 0) io.run_one_for(1s);
+    std::vector<std::shared_ptr<WatchingClient>> viewers;
+    for (int i = 0; i < count; ++i) {
+        viewers.push_back(std::make_shared<WatchingClient>(io, server.port()));
+        viewers.back()->read();
+        io.poll();
+    }
+    io.run_for(10s);  // until the front has settled
+    Asleep result{.viewers = count, .seconds = seconds};
+    std::vector<std::uint64_t> before;
+    for (const auto& v : viewers) v->asleep = true, before.push_back(v->frames);
+    result.memory_before = server.resident_megabytes();
+    io.run_for(std::chrono::milliseconds(static_cast<int>(1000 * seconds)));
+    result.memory_after = server.resident_megabytes();
+    for (std::size_t i = 0; i < viewers.size(); ++i) result.frames = std::max(result.frames, viewers[i]->frames - before[i]);
+    if (awake->lost) throw std::runtime_error("the viewer that watched lost its connection");
     return result;
 }
 
@@ -213,7 +244,8 @@ std::string p50_and_p99(const std::vector<double>& seconds) {
     return number(1000 * quantile(seconds, 0.5)) + " / " + number(1000 * quantile(seconds, 0.99));
 }
 
-void write_report(std::ostream& out, const std::vector<Result>& results, double minutes, const Churn& left, const Download& drawn) {
+void write_report(std::ostream& out, const std::vector<Result>& results, double minutes, const Churn& left, const Asleep& asleep,
+                  const Download& drawn) {
     const double alone = results.front().rate;
     out << "\nThe bunny, dragged by the first viewer; server and viewers on one machine, which therefore also reads and decodes what it sends. "
         << number(minutes) << " minutes with " << results[1].viewers
@@ -238,7 +270,10 @@ void write_report(std::ostream& out, const std::vector<Result>& results, double 
     row(out, "from SIGTERM to the end [s]", results, [](const Result& r) { return number(r.end); }, "2");
     out << '\n' << left.cycles << " times connected and left, every other time in the middle of a message: resident memory "
         << number(left.memory_before, "%.1f") << " -> " << number(left.memory_after, "%.1f") << " MB, descriptors " << left.descriptors_before
-        << " -> " << left.descriptors_after << ".\n";
+        << " -> " << left.descriptors_after << ", threads " << left.threads_before << " -> " << left.threads_after << ".\n";
+    out << '\n' << asleep.viewers << " viewers whose tabs are frozen, beside one that watches: each got " << asleep.frames << " frames at most in "
+        << number(asleep.seconds) << " s, resident memory " << number(asleep.memory_before, "%.1f") << " -> " << number(asleep.memory_after, "%.1f")
+        << " MB.\n";
     out << "\nWhile somebody else downloads " << number(drawn.pictures) << " pictures of 1280x720 (" << number(drawn.megabytes) << " MB in "
         << number(drawn.seconds) << " s), one viewer has " << number(drawn.rate_meanwhile) << " steps a second instead of " << number(drawn.rate_before)
         << ", and from cursor to frame p50 / p99 of " << p50_and_p99(drawn.latencies_meanwhile) << " ms instead of "
@@ -265,13 +300,14 @@ int main(int argc, char** argv) {
     results.push_back(watch(viewers, 60 * minutes));
     results.push_back(watch(goal, shorter));
     const Churn left = churn(cycles);
+    const Asleep asleep = sleep(viewers, shorter);
     const Download drawn = download(std::min(5.0, 60 * minutes));
 
     std::string command = "build/release/tests/load_report";
     for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
     std::ofstream out(report);
     write_head(out, "Many viewers at once", command);
-    write_report(out, results, minutes, left, drawn);
+    write_report(out, results, minutes, left, asleep, drawn);
     out.flush();
     if (!out) {
         std::cerr << report << " cannot be written\n";

@@ -43,6 +43,10 @@ class ServerProcess : public ChildProcess {
         const std::filesystem::directory_iterator files("/proc/" + std::to_string(pid()) + "/fd");
         return std::distance(begin(files), end(files));
     }
+    [[nodiscard]] long threads() const {
+        const std::filesystem::directory_iterator tasks("/proc/" + std::to_string(pid()) + "/task");
+        return std::distance(begin(tasks), end(tasks));
+    }
 
  private:
     static std::vector<std::string> command(const std::vector<std::string>& arguments, int most_blocks) {

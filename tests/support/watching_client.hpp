@@ -72,6 +72,7 @@ class WatchingClient : public std::enable_shared_from_this<WatchingClient> {
 
     std::uint64_t frames = 0, bytes = 0, backwards = 0, dropped = 0;
     bool lost = false;
+    bool asleep = false;  // acknowledges nothing any more, as a browser's tab that is frozen: the network still answers pings
     std::vector<double> ages;       // [s] of frames, from their sending to their acknowledgement, as the server measures it
     std::vector<double> latencies;  // [s] from a move of the cursor to the first frame that a step has made with it
     std::vector<double> rates;      // [1/s] steps
@@ -106,6 +107,7 @@ class WatchingClient : public std::enable_shared_from_this<WatchingClient> {
         if (sequence <= last_sequence_) ++backwards;
         last_sequence_ = sequence;
         last_time_ = at<double>(16);
+        if (asleep) return;
         send("{\"command\":\"ack\",\"frame\":" + std::to_string(sequence) + "}");
         const auto pulls = at<std::uint32_t>(28);
         if (!dragging_ || pulls == 0 || last_time_ <= moved_at_) return;
