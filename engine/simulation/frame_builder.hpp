@@ -25,6 +25,8 @@ class FrameBuilder {
                                  std::vector<FramePull> pulls);
     /// The next build() is of another front, whatever its epoch.
     void forget_front() { topology_.reset(); }
+    /// Topologies to come have greater epochs than this.
+    void number_from(std::uint32_t epoch) { epochs_made_ = epoch; }
     /// [S] the surface's vertices in the front of the last build().
     [[nodiscard]] const std::vector<Front::Point>& points() const { return points_; }
 

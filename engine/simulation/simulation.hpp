@@ -103,6 +103,8 @@ class Simulation {
     /// The present moment. Cost: the surface and the front.
     /// steps_per_second: what the caller measured, for FrameStatus. field: also computed, see Frame::field_values.
     [[nodiscard]] std::shared_ptr<const Frame> frame(double steps_per_second = 0, Field field = Field::none);
+    /// Topologies of frames to come have greater epochs than this: when it takes another simulation's place before the same viewers.
+    void number_fronts_from(std::uint32_t epoch);
     [[nodiscard]] const Model& model() const;
 
     // Commands; each acts from the next step on. Pulls are springs between a surface point and a target, named by the

@@ -63,6 +63,7 @@ std::shared_ptr<const Frame> Simulation::frame(double steps_per_second, Field fi
     return frame;
 }
 
+void Simulation::number_fronts_from(std::uint32_t epoch) { impl_->frames.number_from(epoch); }
 const Model& Simulation::model() const { return *impl_->model; }
 const Front& Simulation::front() const { return impl_->front; }
 

@@ -84,7 +84,7 @@ std::string read_token(const std::filesystem::path& file) {
         std::ifstream in(file);
         std::getline(in, token);
         if (token.ends_with('\r')) token.pop_back();
-        if (!in && token.empty()) throw InputError(source, "", "holds no token", "write one of 16 or more characters into its first line");
+        if (token.empty()) throw InputError(source, "", "holds no token", "write one of 16 or more characters into its first line");
     } else if (const char* value = std::getenv("TETFRONT_TOKEN")) {
         token = value;
     }

@@ -28,7 +28,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
         stream_.expires_after(timeouts_.request);
         http::async_read_header(stream_, buffer_, *parser_, [self = shared_from_this()](Error error, std::size_t) {
             if (!error)
-                self->on_request();
+                self->take_request();
             else if (error == http::error::header_limit || error == http::error::buffer_overflow)
                 self->refuse(http::status::request_header_fields_too_large, "the request's header is too large", false);
             else if (error.category() == make_error_code(http::error::bad_method).category() &&
@@ -39,13 +39,24 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
         });
     }
 
+    /// A short answer that is being sent is sent whole.
     void shut_down() override {
+        ending_ = true;
         if (child_) child_->stop();
-        stream_.close();
+        if (!answering_) stream_.close();
     }
 
  private:
     using Response = http::response<http::string_body>;
+
+    void take_request() {
+        try {
+            on_request();
+        } catch (const std::exception& error) {  // without an answer and a next read the connection would stay forever
+            spdlog::error("while answering {}: {}", text(parser_->get().target()).substr(0, 100), error.what());
+            refuse(http::status::internal_server_error, "the server could not answer", false);
+        }
+    }
 
     void on_request() {
         const http::request<http::empty_body>& request = parser_->get();
@@ -172,10 +183,17 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
         response.prepare_payload();
         const auto kept = std::make_shared<http::response<http::file_body>>(std::move(response));
         const auto serializer = std::make_shared<http::response_serializer<http::file_body>>(*kept);
-        stream_.expires_after(timeouts_.download);
-        http::async_write(stream_, *serializer, [self = shared_from_this(), kept, serializer](Error failed, std::size_t) {
+        send_pieces(kept, serializer);
+    }
+
+    /// Each piece has its own time: a long download may take as long as it moves.
+    void send_pieces(std::shared_ptr<http::response<http::file_body>> kept, std::shared_ptr<http::response_serializer<http::file_body>> serializer) {
+        stream_.expires_after(timeouts_.idle);
+        http::async_write_some(stream_, *serializer, [self = shared_from_this(), kept, serializer](Error failed, std::size_t) {
             if (failed)
                 self->finish();
+            else if (!serializer->is_done())
+                self->send_pieces(kept, serializer);
             else if (kept->need_eof())
                 self->linger();
             else
@@ -338,11 +356,13 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
 
     void send(Response response) {
         response_ = std::move(response);
+        answering_ = true;
         stream_.expires_after(timeouts_.request);
         http::async_write(stream_, response_, [self = shared_from_this()](Error error, std::size_t) {
+            self->answering_ = false;
             if (error)
                 self->finish();
-            else if (self->response_.need_eof())
+            else if (self->response_.need_eof() || self->ending_)
                 self->linger();
             else
                 self->read();
@@ -387,6 +407,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
     Response response_;
     std::shared_ptr<ChildStream> child_;
     std::array<char, 4096> skipped_{};
+    bool answering_ = false, ending_ = false;
 };
 
 }  // namespace tetfront

@@ -65,6 +65,7 @@ std::string Hub::metrics_page() const {
                .viewers = viewers_.size(),
                .frames_sent = metrics.frames_sent,
                .frames_dropped = metrics.frames_dropped,
+               .commands_waiting = session.waiting(),
                .answers_waiting = 0,
                .simulation_busy = session.busy_for()};
     for (const auto& viewer : viewers_) {

@@ -79,6 +79,8 @@ class Hub {
     /// A picture of the present moment; `done` is called once, on any thread, unless this returns a refusal.
     enum class Refusal { none, not_ready, busy };
     Refusal snapshot(const SnapshotQuery& query, SnapshotPainter::Done done);
+    /// No more pictures; false: one is still being drawn after so long.
+    bool end_pictures(std::chrono::milliseconds patience) { return painter_.stop_within(patience); }
     [[nodiscard]] const SessionModel* model() const { return model_.get(); }
 
     /// Ends all connections, and calls `done` when none is left.

@@ -47,6 +47,7 @@ std::string metrics_page(const Metrics& m, const Gauges& g, const SessionState* 
     page.counter("frames_dropped_total", "frames that newer ones replaced before they were sent, all clients", g.frames_dropped);
     page.counter("frames_encoded_total", "frames encoded, each kind once for all clients", m.frames_encoded);
     page.counter("encode_seconds_total", "time spent encoding frames", m.encode_seconds);
+    page.gauge("commands_waiting", "commands that wait for the simulation, all clients", g.commands_waiting);
     page.gauge("answers_waiting", "answers that wait to be sent, all clients", g.answers_waiting);
     page.gauge("simulation_busy_seconds", "how long the simulation thread has been at one thing", g.simulation_busy);
     page.head("errors_total", "counter", "commands refused by code, and HTTP answers of 400 and more by status");

@@ -26,6 +26,7 @@ struct Metrics {
 struct Gauges {
     std::size_t connections = 0, viewers = 0;
     std::uint64_t frames_sent = 0, frames_dropped = 0;  // since the start
+    std::size_t commands_waiting = 0;                   // for the simulation
     std::size_t answers_waiting = 0;                    // in all outboxes
     double simulation_busy = 0;                         // [s] that the simulation thread has been at one thing
 };

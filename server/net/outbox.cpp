@@ -10,7 +10,8 @@ constexpr std::size_t remembered_in_flight = 64;
 }  // namespace
 
 bool Outbox::push(std::string text) {
-    if (controls_.size() >= max_controls) return false;
+    if (controls_.size() >= max_controls || control_bytes_ > max_control_bytes) return false;
+    control_bytes_ += text.size();
     controls_.push_back(share(std::move(text)));
     return true;
 }
@@ -41,7 +42,10 @@ std::optional<OutgoingMessage> Outbox::next(Clock::time_point now) {
         queue.pop_front();
         return message;
     };
-    if (!controls_.empty()) return front(controls_, true);
+    if (!controls_.empty()) {
+        control_bytes_ -= controls_.front()->size();
+        return front(controls_, true);
+    }
     if (!begun_.empty()) return front(begun_, false);
     if (auto text = take(Slot::progress, Slot::progress)) return OutgoingMessage{std::move(*text), true};
     // Before the next frame, or a slow client would never hear of the state; but after the first.

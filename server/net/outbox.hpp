@@ -55,6 +55,7 @@ class Outbox {
     using Clock = std::chrono::steady_clock;
     // More than can wait for one slow step (Session::max_queue), so that only a client that does not read gets there.
     static constexpr std::size_t max_controls = 8192;
+    static constexpr std::size_t max_control_bytes = 4 << 20;  // besides one message of any size
     static constexpr std::size_t max_in_flight = 2;  // frames
 
     /// Text messages of which only the newest counts, sent in this order.
@@ -92,6 +93,7 @@ class Outbox {
     std::optional<SharedBytes> take(Slot first, Slot last);
 
     std::deque<SharedBytes> controls_;
+    std::size_t control_bytes_ = 0;  // in controls_
     std::array<SharedBytes, 5> slots_;
     std::shared_ptr<const Moment> moment_;
     // The rest of a moment that has been begun. A newer moment waits for it: else a front that changes with every frame

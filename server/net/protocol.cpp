@@ -193,13 +193,37 @@ std::string encode_frame(const Frame& frame, std::uint16_t generation, std::uint
     return bytes;
 }
 
+/// Without limits null.
+Json budget_of(const command::Budget& budget) {
+    return {{"tets", budget.tets < command::Budget{}.tets ? Json(budget.tets) : Json(nullptr)},
+            {"milliseconds", budget.milliseconds > 0 ? Json(budget.milliseconds) : Json(nullptr)}};
+}
+
+/// As colouring names it.
+std::string_view field_name(Field field) {
+    switch (field) {
+        case Field::displacement: return "displacement";
+        case Field::strain: return "strain";
+        case Field::stress: return "stress";
+        case Field::error: return "error";
+        case Field::none: break;
+    }
+    return "level";
+}
+
 std::string hello_event(const SessionModel& session, const SessionState& state, std::uint16_t generation, const HelloLimits& limits,
                         const std::vector<std::string_view>& capabilities) {
     const Scene& scene = session.scene;
     const FrameModel& model = *session.frame_model;
     Json recorded;  // null
-    if (session.recorded)
-        recorded = {{"frames", session.recorded->frames}, {"start", session.recorded->start}, {"end", session.recorded->end}};
+    if (session.recorded) {
+        recorded = {{"frames", session.recorded->frames},
+                    {"start", session.recorded->start},
+                    {"end", session.recorded->end},
+                    {"colouring", field_name(session.recorded->field)}};
+    }
+    const FrontSpec& front = scene.front;
+    const int finest = std::min(front.max_level, model.depth);
     return text({{"type", "hello"},
                  {"protocol", protocol_version},
                  {"version", TETFRONT_VERSION},
@@ -210,10 +234,12 @@ std::string hello_event(const SessionModel& session, const SessionState& state, 
                  {"rest_box", model.rest_box},
                  {"view", view_of(scene, model)},
                  {"recording", recorded},
-                 {"gravity", array(state.gravity)},
-                 {"tolerance", state.status.tolerance},
+                 {"gravity", array(scene.gravity)},
+                 {"tolerance", session.recorded ? state.status.tolerance : front.tolerance},
                  {"time_step", scene.time_step},
-                 {"order", state.order},
+                 {"order", front.order},
+                 {"levels", {{"min", std::min(front.min_level, finest)}, {"max", finest}}},
+                 {"budget", budget_of({front.budget_tets, front.budget_milliseconds})},
                  {"playing", state.playing},
                  {"speed", state.speed},
                  {"generation", generation},
@@ -283,16 +309,13 @@ std::string settings_event(const SessionState& state) {
         place(entry, part.centre);
         entry["radius"] = part.radius;
     }
-    const command::Budget& budget = state.budget;
     return text({{"type", "settings"},
                  {"order", state.order},
                  {"levels", {{"min", state.levels.min}, {"max", state.levels.max}}},
                  {"stiffness_scale", state.edits.stiffness_scale},
                  {"stiffness_parts", std::move(parts)},
                  {"damping", {{"mass", state.edits.mass_damping}, {"stiffness", state.edits.stiffness_damping}}},
-                 {"budget",
-                  {{"tets", budget.tets < command::Budget{}.tets ? Json(budget.tets) : Json(nullptr)},
-                   {"milliseconds", budget.milliseconds > 0 ? Json(budget.milliseconds) : Json(nullptr)}}},
+                 {"budget", budget_of(state.budget)},
                  {"forces", std::move(forces)},
                  {"pins", std::move(pins)}});
 }

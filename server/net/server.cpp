@@ -12,6 +12,8 @@
 #include "server/net/thumbnails.hpp"
 #include "server/net/websocket_connection.hpp"
 
+#include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <exception>
 #include <mutex>
@@ -25,6 +27,7 @@ namespace tetfront {
 
 namespace {
 constexpr int send_buffer_bytes = 256 * 1024;  // the kernel would hide seconds of frames from a slow client
+constexpr std::size_t told_of_the_limit = 8;   // connections of one address
 }
 
 struct Server::Impl {
@@ -36,6 +39,7 @@ struct Server::Impl {
     Hub hub;
     Thumbnails thumbnails;
     std::exception_ptr failure;
+    std::chrono::steady_clock::time_point stopping_since{};
 
     std::mutex mutex;
     std::shared_ptr<const Shots> newest;  // guarded by mutex: the slot that the session's thread drops frames into
@@ -101,13 +105,18 @@ struct Server::Impl {
     }
 
     void begin(tcp::socket socket) {
-        Error ignored;  // both are for speed only
+        Error ignored;  // gone already: then its first read says so; the options are for speed only
+        const std::string address = socket.remote_endpoint(ignored).address().to_string();
+        // Who has more than his share is told so, but at most so many are: each may take its time to read it.
+        if (hub.connections_of(address) >= options.limits.connections_per_address + told_of_the_limit) {
+            ++hub.metrics.refused_connections;
+            return;
+        }
         socket.set_option(tcp::no_delay(true), ignored);
         socket.set_option(asio::socket_base::send_buffer_size(send_buffer_bytes), ignored);
-        const tcp::endpoint other = socket.remote_endpoint(ignored);
         const auto connection = std::make_shared<HttpConnection>(
             hub, Timeouts{options.request_timeout, options.idle_timeout}, std::move(socket));
-        connection->address = other.address().to_string();
+        connection->address = address;
         hub.add(connection);
         connection->read();
     }
@@ -117,8 +126,10 @@ struct Server::Impl {
         acceptor.close();
         accept_pause.cancel();
         signals.cancel();
+        stopping_since = std::chrono::steady_clock::now();
+        hub.session.begin_stop();
         // Should a connection ever not end by itself.
-        shutdown_deadline.expires_after(Timeouts::close + 1s);
+        shutdown_deadline.expires_after(Timeouts::close);
         shutdown_deadline.async_wait([this](Error error) {
             if (!error) io.stop();
         });
@@ -171,11 +182,21 @@ struct Server::Impl {
                 spdlog::error("while serving: {}", e.what());
             }
         }
-        if (!options.patience)
-            hub.session.stop();
-        else if (!hub.session.stop_within(*options.patience))
-            throw StillBusy("the simulation thread has not ended within " + std::to_string(options.patience->count()) + " ms");
+        end_threads();
         if (failure) std::rethrow_exception(failure);
+    }
+
+    /// Patience counts from the moment when all was told to stop.
+    void end_threads() {
+        if (!options.patience) return hub.session.stop();
+        const auto until = stopping_since + *options.patience;
+        const auto left = [&] {
+            return std::max(std::chrono::milliseconds(100),
+                            std::chrono::duration_cast<std::chrono::milliseconds>(until - std::chrono::steady_clock::now()));
+        };
+        const std::string within = " has not ended within " + std::to_string(options.patience->count()) + " ms";
+        if (!hub.session.stop_within(left())) throw StillBusy("the simulation thread" + within);
+        if (!hub.end_pictures(left())) throw StillBusy("the picture that is being drawn" + within);
     }
 };
 

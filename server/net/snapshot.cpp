@@ -93,6 +93,13 @@ SnapshotQuery parse_snapshot_query(std::string_view query, const ViewSpec& base)
     return result;
 }
 
+bool SnapshotPainter::stop_within(std::chrono::milliseconds patience) {
+    std::unique_lock lock(mutex_);
+    stopping_ = true;
+    changed_.notify_all();
+    return !thread_.joinable() || changed_.wait_for(lock, patience, [this] { return ended_; });
+}
+
 SnapshotPainter::~SnapshotPainter() {
     {
         const std::lock_guard lock(mutex_);
@@ -119,7 +126,11 @@ void SnapshotPainter::run() {
         {
             std::unique_lock lock(mutex_);
             changed_.wait(lock, [this] { return stopping_ || next_; });
-            if (stopping_) return;
+            if (stopping_) {
+                ended_ = true;
+                changed_.notify_all();
+                return;
+            }
             next.swap(next_);
         }
         Result result;

@@ -9,6 +9,7 @@
 #include "engine/simulation/frame.hpp"
 #include "server/render/view.hpp"
 
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <memory>
@@ -50,6 +51,8 @@ class SnapshotPainter {
     SnapshotPainter(const SnapshotPainter&) = delete;
     SnapshotPainter& operator=(const SnapshotPainter&) = delete;
 
+    /// Ends the thread after the picture that it draws. False: it still draws.
+    bool stop_within(std::chrono::milliseconds patience);
     /// Calls `done` on the painter's thread. At most one picture waits: the caller asks for no more (see Hub).
     void submit(Work work, Done done);
 
@@ -59,7 +62,7 @@ class SnapshotPainter {
     std::mutex mutex_;
     std::condition_variable changed_;
     std::optional<std::pair<Work, Done>> next_;
-    bool stopping_ = false;
+    bool stopping_ = false, ended_ = false;
     std::thread thread_;
 };
 

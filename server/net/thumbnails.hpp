@@ -10,6 +10,7 @@
 // made anew when the scene's file is younger.
 
 #include "engine/base/atomic_file.hpp"
+#include "engine/base/error.hpp"
 #include "engine/scene/json_document.hpp"
 #include "server/base/exit_status.hpp"
 #include "server/net/child_output.hpp"
@@ -77,7 +78,13 @@ class Thumbnails {
         std::error_code error;
         if (!library_.keeps()) return "";
         const auto time = std::filesystem::last_write_time(library_.thumbnail(name), error);
-        return error || time < scene ? "" : read_text_file(library_.thumbnail(name));
+        if (error || time < scene) return "";
+        try {
+            return read_text_file(library_.thumbnail(name));
+        } catch (const InputError& problem) {
+            spdlog::warn("{}", problem.what());  // and it is drawn again
+            return "";
+        }
     }
 
     void draw_next() {

@@ -7,6 +7,7 @@
 #include "server/net/protocol.hpp"
 
 #include <chrono>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,6 +18,7 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <spdlog/spdlog.h>
 
 namespace tetfront {
 
@@ -30,8 +32,25 @@ using namespace std::chrono_literals;
 
 struct Timeouts {
     std::chrono::milliseconds request, idle;
-    static constexpr std::chrono::milliseconds download{3'600'000};  // for one whole recording
+    static constexpr std::chrono::milliseconds download{3'600'000};  // for one whole export
     static constexpr std::chrono::milliseconds close{2000};  // for the other side to take part in closing
+};
+
+/// So many in each second, counted from the first.
+class RateLimit {
+ public:
+    bool within(int most) {
+        const auto now = std::chrono::steady_clock::now();
+        if (now - since_ >= 1s) {
+            since_ = now;
+            count_ = 0;
+        }
+        return ++count_ <= most;
+    }
+
+ private:
+    std::chrono::steady_clock::time_point since_{};
+    int count_ = 0;
 };
 
 class WebSocketConnection : public Viewer, public std::enable_shared_from_this<WebSocketConnection> {
@@ -105,10 +124,7 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
             ++hub_.metrics.errors["version"];
             return close(websocket::close_code::protocol_error, "this server speaks tetfront.v1");
         }
-        if (hub_.viewer_count() >= hub_.limits.clients) {
-            ++hub_.metrics.refused_connections;
-            return close(websocket::close_code::try_again_later, "there are too many clients");
-        }
+        if (hub_.viewer_count() >= hub_.limits.clients) return turn_away();
         if (hub_.connections_of(address) > hub_.limits.connections_per_address) {
             ++hub_.metrics.refused_connections;
             return close(websocket::close_code::try_again_later, "there are too many clients from this address");
@@ -121,6 +137,11 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
         });
     }
 
+    void turn_away() {
+        ++hub_.metrics.refused_connections;
+        close(websocket::close_code::try_again_later, "there are too many clients");
+    }
+
     void show_token(const ParsedCommand& parsed) {
         const auto* command = std::get_if<Command>(&parsed.result);
         const auto* token = command ? std::get_if<command::Token>(command) : nullptr;
@@ -128,6 +149,7 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
             ++hub_.metrics.errors["token"];
             return close(wrong_token, token ? "the token is wrong" : "a token is needed");
         }
+        if (hub_.viewer_count() >= hub_.limits.clients) return turn_away();
         authorized_ = true;
         close_deadline_.cancel();
         hub_.add_viewer(shared_from_this());
@@ -157,6 +179,14 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
     }
 
     void on_message() {
+        try {
+            take_message();
+        } catch (const std::exception& error) {  // nothing that is left half done here keeps the connection alive
+            spdlog::error("while answering a client: {}", error.what());
+            close(websocket::close_code::internal_error, "the server could not answer");
+        }
+    }
+    void take_message() {
         ++hub_.metrics.commands;
         const auto data = buffer_.data();
         ParsedCommand parsed =
@@ -164,7 +194,7 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
             : !stream_.got_text() ? refusal("malformed", "is not a text message")
                                   : parse_command({static_cast<const char*>(data.data()), data.size()});
         if (!authorized_) return show_token(parsed);
-        const bool within = within_rate();
+        const bool within = commands_.within(hub_.limits.messages_per_second);
         if (const auto* error = std::get_if<CommandError>(&parsed.result); error && within) return answer(parsed.id, *error);
         const auto* command = std::get_if<Command>(&parsed.result);
         if (command && std::holds_alternative<command::Acknowledge>(*command)) {
@@ -176,6 +206,7 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
                                                   "more than " + std::to_string(hub_.limits.messages_per_second) +
                                                       " commands within a second"});
         if (answered_here(parsed.id.value_or(0), *command)) return;
+        submitted_ = true;
         hub_.session.submit(
             client_, std::move(std::get<Command>(parsed.result)),
             [weak = weak_from_this(), id = parsed.id, executor = stream_.get_executor()](const auto& error) {
@@ -189,10 +220,21 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
         return {std::nullopt, CommandError{code, "", message}};
     }
 
+    /// They read folders, which takes the serving thread's time.
+    static bool is_listing(const Command& command) {
+        return std::holds_alternative<command::Scenes>(command) || std::holds_alternative<command::States>(command) ||
+               std::holds_alternative<command::Recordings>(command);
+    }
+
     /// What needs no simulation.
     bool answered_here(std::int64_t id, const Command& command) {
         const Library& library = hub_.session.settings().library;
         if (const auto* colouring = std::get_if<command::Colouring>(&command)) {
+            const auto& recorded = hub_.model() ? hub_.model()->recorded : std::nullopt;
+            if (recorded && colouring->field != Field::none && colouring->field != recorded->field) {
+                answer(id, CommandError{"failed", "/value", "was not recorded"});
+                return true;
+            }
             outbox.set_kind({colouring->field, outbox.kind().compressed});
             hub_.show_fields();
             push(ok_reply(id));
@@ -201,6 +243,8 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
             push(ok_reply(id));
         } else if (std::holds_alternative<command::Token>(command)) {
             push(ok_reply(id));
+        } else if (is_listing(command) && !listings_.within(most_listings)) {
+            answer(id, CommandError{"too_many", "", "more than " + std::to_string(most_listings) + " lists within a second"});
         } else if (std::holds_alternative<command::Scenes>(command)) {
             push(scenes_reply(id, library.scenes()));
         } else if (std::holds_alternative<command::States>(command)) {
@@ -220,15 +264,6 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
         flush();
     }
 
-    bool within_rate() {
-        const auto now = std::chrono::steady_clock::now();
-        if (now - rate_since_ >= 1s) {
-            rate_since_ = now;
-            rate_count_ = 0;
-        }
-        return ++rate_count_ <= hub_.limits.messages_per_second;
-    }
-
     /// The closing handshake; a client that does not take part in it is dropped.
     void close(websocket::close_code code, const char* reason) {
         if (closing_) return;
@@ -242,14 +277,16 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
 
     void drop() { beast::get_lowest_layer(stream_).close(); }
 
-    /// Nothing will be read any more.
+    /// Nothing will be read any more. A write that waits for a client which has closed its side only would wait forever.
     void finish() {
         closing_ = true;
         close_deadline_.cancel();
-        hub_.session.disconnect(client_);
+        drop();
+        if (submitted_) hub_.session.disconnect(client_);
         hub_.remove_viewer(shared_from_this());
     }
 
+    static constexpr int most_listings = 10;  // a second
     static constexpr std::size_t hard_message_limit = 1024 * 1024;  // a message above closes the connection with 1009
 
     Hub& hub_;
@@ -261,8 +298,8 @@ class WebSocketConnection : public Viewer, public std::enable_shared_from_this<W
     beast::flat_buffer buffer_;
     bool authorized_;
     bool open_ = false, writing_ = false, closing_ = false, too_large_ = false;
-    std::chrono::steady_clock::time_point rate_since_{};
-    int rate_count_ = 0;
+    bool submitted_ = false;  // the session knows this client
+    RateLimit commands_, listings_;
 };
 
 }  // namespace tetfront

@@ -116,7 +116,9 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& file, const Record
         append(Kind::info, info_text(info));
         append(Kind::model, model_payload(model));
     } catch (...) {
-        ::close(descriptor_);  // the destructor does not run
+        if (descriptor_ >= 0) ::close(descriptor_);  // the destructor does not run
+        std::error_code ignored;
+        if (std::filesystem::is_regular_file(file, ignored)) std::filesystem::remove(file, ignored);  // without a model it is no recording
         throw;
     }
 }

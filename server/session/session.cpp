@@ -16,6 +16,7 @@ using namespace std::chrono_literals;
 constexpr auto frame_interval = 15ms;  // a little under 1/60 s, so that 60 steps a second give 60 frames
 constexpr auto state_interval = 100ms;
 constexpr auto rate_window = 500ms;
+constexpr auto turn = 20ms;         // for commands, before a step and a frame have theirs
 constexpr auto largest_lag = 50ms;  // more than this behind real time is dropped
 
 }  // namespace
@@ -33,12 +34,16 @@ void Session::start(Listener listener) {
     thread_ = std::thread([this] { run(); });
 }
 
-void Session::stop() {
+void Session::begin_stop() {
     {
         const std::lock_guard lock(mutex_);
         stopping_ = true;
     }
     wake_.notify_all();
+}
+
+void Session::stop() {
+    begin_stop();
     if (thread_.joinable()) thread_.join();
 }
 
@@ -58,7 +63,8 @@ void Session::submit(ClientId client, Command command, Reply reply) {
     {
         const std::lock_guard lock(mutex_);
         stopping = stopping_;
-        if (!stopping && queue_.size() < max_queue) {
+        if (std::size_t& mine = queued_by_[client]; !stopping && commands_queued_ < max_queue && mine < max_client_queue) {
+            ++mine, ++commands_queued_;
             queue_.push_back({client, std::move(command), std::move(reply)});
             wake_.notify_all();
             return;
@@ -84,6 +90,7 @@ void Session::capture(Field field, std::function<void(std::shared_ptr<const Fram
 
 void Session::show_fields(std::set<Field> fields) {
     const std::lock_guard lock(mutex_);
+    if (!queue_.empty() && std::holds_alternative<ShowFields>(queue_.back().what)) queue_.pop_back();  // never shown
     queue_.push_back({0, ShowFields{std::move(fields)}, {}});
     wake_.notify_all();
 }
@@ -99,9 +106,10 @@ void Session::run() {
         next_step_ = rate_since_ = Clock::now();
         frame_dirty_ = state_urgent_ = true;
     }
-    for (std::vector<Request> requests; take_requests(requests);) {
-        for (Request& request : requests) apply(request);
-        requests.clear();
+    for (std::deque<Request> requests; take_requests(requests);) {
+        // Not all at once, should they be many that take long: others want to see something.
+        for (const auto until = Clock::now() + turn; !requests.empty() && Clock::now() < until; requests.pop_front()) apply(requests.front());
+        commands_taken_ = requests.size();
         if (loading_ && loading_->finished()) end_load();
         step_if_due();
         publish_if_due();
@@ -121,9 +129,14 @@ double Session::busy_for() const {
     return since == 0 ? 0 : std::chrono::duration<double>(Clock::now().time_since_epoch() - Clock::duration(since)).count();
 }
 
-/// Sleeps until there is something to do; false: stop. What waits is moved to `requests`.
-bool Session::take_requests(std::vector<Request>& requests) {
-    const auto until = deadline();
+std::size_t Session::waiting() const {
+    const std::lock_guard lock(mutex_);
+    return commands_queued_ + commands_taken_;
+}
+
+/// Sleeps until there is something to do; false: stop. When `requests` is empty, what waits is moved there.
+bool Session::take_requests(std::deque<Request>& requests) {
+    const auto until = requests.empty() ? deadline() : Clock::time_point{};
     bool stopping = false;
     busy_since_ = 0;
     {
@@ -135,15 +148,30 @@ bool Session::take_requests(std::vector<Request>& requests) {
             wake_.wait(lock, ready);
         stopping = stopping_;
         built_ = false;
-        std::swap(requests, queue_);
+        if (requests.empty()) {
+            std::swap(requests, queue_);
+            commands_queued_ = 0;
+            queued_by_.clear();
+        }
     }
     note_busy();
     if (!stopping) return true;
+    refuse_all(requests);
+    std::deque<Request> last;
+    {
+        const std::lock_guard lock(mutex_);
+        std::swap(last, queue_);
+    }
+    refuse_all(last);
+    return false;
+}
+
+void Session::refuse_all(std::deque<Request>& requests) {
     for (Request& request : requests) {
         if (const auto* capture = std::get_if<Capture>(&request.what)) capture->use(nullptr);
         if (request.reply) request.reply(CommandError{"failed", "", "the server is shutting down"});
     }
-    return false;
+    requests.clear();
 }
 
 /// When the thread has something to do without any command; nullopt: never.
@@ -283,6 +311,7 @@ void Session::publish_frame() {
     if (!stage_) return;
     try {
         const std::shared_ptr<const Frame> frame = stage_->frame(state_.steps_per_second, Field::none);
+        epoch_ = frame->topology->epoch;
         state_.status = frame->status;
         state_.tets_by_level = frame->topology->tets_by_level;
         const std::size_t of_clients = std::min(edits_.forces.size(), frame->forces.size());  // behind the scene's
@@ -306,7 +335,7 @@ void Session::restart() {
         if (stage_) {
             stage_->reset();
         } else {
-            stage_ = make_stage_();
+            stage_ = another_stage();
             apply_settings();
         }
     } catch (...) {

@@ -25,6 +25,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <exception>
 #include <functional>
 #include <map>
@@ -90,6 +91,7 @@ class Session {
     using Reply = std::function<void(const std::optional<CommandError>&)>;
 
     static constexpr std::size_t max_queue = 4096;  // commands that wait for the end of a step
+    static constexpr std::size_t max_client_queue = 1024;  // of them of one client
     static constexpr std::size_t max_client_pulls = 16;
 
     using Settings = SessionSettings;
@@ -101,6 +103,8 @@ class Session {
 
     /// Starts the thread, which builds the model first. Once only.
     void start(Listener listener);
+    /// The thread is told to end, and all further commands are refused; stop() has to follow. Any thread.
+    void begin_stop();
     /// Ends the thread after the step (or stage of the build) that it is in; waiting commands are answered `failed`.
     void stop();
     /// The same, but waits for so long at most. False: the thread still works, and stop() has to be called once more.
@@ -115,6 +119,8 @@ class Session {
     void disconnect(ClientId client);
     /// Any thread. Frames come with these fields from now on.
     void show_fields(std::set<Field> fields);
+    /// Any thread. Commands that wait for the simulation.
+    [[nodiscard]] std::size_t waiting() const;
     /// Any thread. [s] that the simulation thread has been busy with one thing: a step, a stage of a build. 0: it waits.
     [[nodiscard]] double busy_for() const;
     [[nodiscard]] const Settings& settings() const { return settings_; }
@@ -142,13 +148,15 @@ class Session {
     void note_built();  // any thread
     void use(const std::shared_ptr<const Model>& model);
     void note_busy();  // any thread
-    bool take_requests(std::vector<Request>& requests);
+    bool take_requests(std::deque<Request>& requests);
+    void refuse_all(std::deque<Request>& requests);
     [[nodiscard]] std::optional<Clock::time_point> deadline() const;
     [[nodiscard]] bool stepping() const { return playing_ || pending_steps_ > 0; }
     void apply(Request& request);
     void capture(const Capture& wanted);
     std::optional<CommandError> apply(ClientId client, const Command& command);
     void apply_settings();
+    [[nodiscard]] std::unique_ptr<Stage> another_stage() const;
     void edit(const std::function<void(Edits&)>& change);
     void begin_load(const command::Load& wanted, Reply reply);
     void end_load();
@@ -168,14 +176,17 @@ class Session {
 
     const Settings settings_;
     std::optional<Scene> scene_;  // to build; none: play recording_
+    std::atomic<std::size_t> commands_taken_{0};  // from queue_ and not yet carried out
     std::atomic<std::int64_t> busy_since_{0};  // [ns] of Clock; 0: not busy
     std::shared_ptr<Recording> recording_;
     Listener listener_;
     std::thread thread_;
 
-    std::mutex mutex_;  // guards what follows up to the next comment
+    mutable std::mutex mutex_;  // guards what follows up to the next comment
     std::condition_variable wake_, end_;
-    std::vector<Request> queue_;
+    std::deque<Request> queue_;
+    std::size_t commands_queued_ = 0;              // in queue_
+    std::map<ClientId, std::size_t> queued_by_;    // the same by client
     bool stopping_ = false;
     bool built_ = false;  // a SceneBuild has finished
     bool ended_ = false;  // the thread calls nobody any more
@@ -183,6 +194,7 @@ class Session {
     // Owned by the simulation thread.
     std::shared_ptr<const SessionModel> model_;
     std::function<std::unique_ptr<Stage>()> make_stage_;
+    std::uint32_t epoch_ = 0;  // of the last frame that was published
     std::unique_ptr<Stage> stage_;  // null: not built, or broken (failure_ says why)
     std::string failure_;
     std::map<ClientId, std::set<std::uint32_t>> pulls_;

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <filesystem>
 #include <utility>
 
 namespace tetfront {
@@ -138,9 +139,13 @@ std::optional<CommandError> Session::apply(ClientId client, const Command& comma
                        return {};
                    },
                    [&](const command::Pin& pin) -> Result {
-                       if (edits_.pins.size() >= max_pins)
-                           return CommandError{"too_many", "", "pins were changed 256 times; load the scene to begin anew"};
-                       edit([&](Edits& e) { e.pins.push_back({pin.pinned, pin.point, pin.radius}); });
+                       Edits wanted = edits_;
+                       // What was said of the same place before has no say any more.
+                       std::erase_if(wanted.pins, [&](const PinEdit& e) { return e.centre == pin.point && e.radius == pin.radius; });
+                       if (wanted.pins.size() >= max_pins)
+                           return CommandError{"too_many", "", "256 places are pinned or let go already; load the scene to begin anew"};
+                       wanted.pins.push_back({pin.pinned, pin.point, pin.radius});
+                       edit([&](Edits& e) { e = wanted; });
                        return {};
                    },
                    [&](const command::StiffnessScale& scale) -> Result {
@@ -206,6 +211,13 @@ void Session::apply_settings() {
     if (edits_ != Edits{}) stage_->set_edits(edits_);
 }
 
+/// In place of the present one, before the same viewers: they tell topologies apart by their epochs.
+std::unique_ptr<Stage> Session::another_stage() const {
+    auto stage = make_stage_();
+    stage->number_fronts_from(epoch_);
+    return stage;
+}
+
 void Session::edit(const std::function<void(Edits&)>& change) {
     Edits wanted = edits_;
     change(wanted);
@@ -237,7 +249,7 @@ std::optional<CommandError> Session::restore(const command::Restore& wanted) {
     if (saved.scene != model_->scene.name)
         return CommandError{"failed", "/name", "is a state of the scene " + saved.scene + "; load that first"};
     const Snapshot snapshot = decode(saved.snapshot, wanted.name);
-    auto stage = make_stage_();
+    auto stage = another_stage();
     stage->set_order(saved.order);
     if (saved.levels) stage->set_levels(saved.levels->min, saved.levels->max);
     stage->set_edits(saved.edits);
@@ -268,14 +280,20 @@ std::optional<CommandError> Session::start_recording(const command::RecordStart&
     if (find(settings_.library.recordings(), name + ".tfr"))
         return CommandError{"failed", "/name", "is there already; use another name"};
     if (settings_.library.recordings().size() >= settings_.files) return too_many_files("recordings");
-    recorder_ = std::make_unique<LiveRecording>(settings_.library.new_recording(name), *model_,
+    const std::filesystem::path file = settings_.library.new_recording(name);
+    recorder_ = std::make_unique<LiveRecording>(file, *model_,
                                                 LiveRecording::Settings{.fps = wanted.fps,
                                                                         .field = wanted.field,
                                                                         .most_bytes = settings_.recording_bytes,
                                                                         .order = order_.value_or(model_->scene.front.order)});
     state_urgent_ = true;
     record();
-    return {};
+    if (recorder_->status().active) return {};
+    const std::string problem = settings_.library.without_folders(recorder_->status().problem);
+    recorder_.reset();
+    std::error_code ignored;
+    std::filesystem::remove(file, ignored);  // it was never begun
+    return CommandError{"failed", "", problem};
 }
 
 void Session::stop_recording() {

@@ -27,6 +27,7 @@ class SimulationStage : public Stage {
     std::shared_ptr<const Frame> frame(double steps_per_second, Field field) override {
         return simulation_.frame(steps_per_second, field);
     }
+    void number_fronts_from(std::uint32_t epoch) override { simulation_.number_fronts_from(epoch); }
     void begin_pull(std::uint64_t pull, const SurfacePoint& point, const Vec3& target) override {
         simulation_.begin_pull(pull, point, target);
     }
@@ -118,7 +119,7 @@ SessionModel session_model(const Recording& recording) {
     model.scene.time_step = 1 / info.fps;
     model.scene.front.order = info.order;
     const std::size_t frames = recording.frame_count();
-    model.recorded = {frames, recording.time(0), recording.time(frames - 1)};
+    model.recorded = {frames, recording.time(0), recording.time(frames - 1), info.field};
     return model;
 }
 

@@ -25,6 +25,7 @@ struct SessionModel {
     struct Recorded {
         std::size_t frames = 0;
         double start = 0, end = 0;  // [s] simulated, of the first and the last frame
+        Field field = Field::none;  // that every frame has
     };
     std::optional<Recorded> recorded;  // none: simulated live
 };
@@ -42,6 +43,9 @@ class Stage {
     [[nodiscard]] virtual double time() const = 0;
     /// The present moment. A recording has the field that was recorded, whichever is asked for.
     virtual std::shared_ptr<const Frame> frame(double steps_per_second, Field field) = 0;
+
+    /// As in Simulation; a recording has numbers of its own.
+    virtual void number_fronts_from(std::uint32_t) {}
 
     // As in Simulation. Throw InputError for a recording.
     virtual void begin_pull(std::uint64_t pull, const SurfacePoint& point, const Vec3& target);

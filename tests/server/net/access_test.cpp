@@ -83,6 +83,8 @@ TEST(AccessPolicy, ReadsATokenFromItsFile) {
     EXPECT_THROW(read_token(folder.path() / "spaces"), InputError);
     folder.write("empty", "");
     EXPECT_THROW(read_token(folder.path() / "empty"), InputError);
+    folder.write("blank", "\n0123456789abcdef\n");
+    EXPECT_THROW(read_token(folder.path() / "blank"), InputError) << "or all would be let in";
     EXPECT_THROW(read_token(folder.path() / "missing"), InputError);
 }
 

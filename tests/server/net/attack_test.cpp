@@ -17,6 +17,14 @@ class AttackTest : public ServerTest {
         ASSERT_FALSE(client.refused) << client.refused.message();
         EXPECT_EQ(client.command({{"id", 1}, {"command", "pause"}})["type"], "ok");
     }
+    [[nodiscard]] std::string upgrade() const {
+        return "GET /ws HTTP/1.1\r\nHost: " + host() +
+               "\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+               "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: tetfront.v1\r\n\r\n";
+    }
+    static std::ptrdiff_t descriptors() {
+        return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator{});
+    }
     std::string get(const std::string& target, const std::string& more = {}) {
         return exchange("GET " + target + " HTTP/1.1\r\nHost: " + host() + "\r\nConnection: close\r\n" + more + "\r\n");
     }
@@ -117,8 +125,11 @@ TEST_F(AttackTest, EveryNumberOfEveryCommandMayBeNonsense) {
         {{"command", "budget"}, {"tets", 100}, {"milliseconds", 1}}, {{"command", "seek"}, {"time", 1}},
         {{"command", "force_add"}, {"force", 0}, {"triangle", 0}, {"barycentric", {1, 0, 0}}, {"value", {0, 0, 0}}},
         {{"command", "force_move"}, {"force", 0}, {"value", {0, 0, 0}}}, {{"command", "force_remove"}, {"force", 0}},
+        {{"command", "force_move"}, {"force", 0}, {"triangle", 0}, {"barycentric", {1, 0, 0}}, {"value", {0, 0, 0}}},
         {{"command", "pin"}, {"triangle", 0}, {"barycentric", {1, 0, 0}}, {"radius", 0}},
-        {{"command", "stiffness_scale"}, {"value", 1}}, {{"command", "damping"}, {"mass", 0}, {"stiffness", 0}},
+        {{"command", "unpin"}, {"triangle", 0}, {"barycentric", {1, 0, 0}}, {"radius", 0}},
+        {{"command", "stiffness_scale"}, {"value", 1}},
+        {{"command", "stiffness_scale"}, {"value", 1}, {"triangle", 0}, {"barycentric", {1, 0, 0}}, {"radius", 0}}, {{"command", "damping"}, {"mass", 0}, {"stiffness", 0}},
         {{"command", "order"}, {"value", 2}}, {{"command", "levels"}, {"min", 0}, {"max", 1}}, {{"command", "record_start"}, {"fps", 30}}};
     const auto refused = [&](std::string text, const char* nonsense) {
         const std::size_t at = text.find("\"HERE\"");
@@ -129,6 +140,8 @@ TEST_F(AttackTest, EveryNumberOfEveryCommandMayBeNonsense) {
         EXPECT_EQ(answer["type"], "error") << text;
     };
     for (const char* nonsense : {"NaN", "Infinity", "-Infinity", "1e308", "-1e308", "1e400", "\"1\"", "null", "[]", "18446744073709551616"}) {
+        refused(R"({"id": "HERE", "command": "pause"})", nonsense);
+        refused(R"({"command": "ack", "frame": "HERE"})", nonsense);
         for (const Json& command : commands) {
             for (const auto& [key, value] : command.items()) {
                 if (key == "command") continue;
@@ -193,6 +206,53 @@ TEST_F(AttackTest, ConnectionsOfOneAddressAreBounded) {
     EXPECT_EQ(request(http::verb::get, "/").result_int(), 200);
 }
 
+TEST_F(AttackTest, OneAddressDoesNotHoldAllConnections) {
+    start(false, {.limits = {.connections = 20, .connections_per_address = 4}});
+    std::vector<tcp::socket> idle;
+    for (int i = 0; i < 40; ++i) idle.push_back(connect());
+    tcp::socket other(io_, tcp::endpoint(asio::ip::make_address("127.0.0.2"), 0));
+    other.connect({asio::ip::make_address("127.0.0.1"), server_->port()});
+    asio::write(other, asio::buffer("GET /healthz HTTP/1.1\r\nHost: " + host() + "\r\nConnection: close\r\n\r\n"));
+    std::string answer;
+    Error error;
+    asio::read(other, asio::dynamic_buffer(answer), error);
+    EXPECT_NE(answer.find(" 200 "), std::string::npos) << answer;
+}
+
+TEST_F(AttackTest, TheLimitOfClientsHoldsForThoseWhoSayTheTokenLater) {
+    start(false, {.limits = {.clients = 1}, .token = secret});
+    Client first(connect(), host()), second(connect(), host());
+    EXPECT_EQ(first.command({{"id", 1}, {"command", "token"}, {"value", secret}})["type"], "ok");
+    second.send(Json({{"id", 1}, {"command", "token"}, {"value", secret}}).dump());
+    EXPECT_EQ(second.closed(), 1013);
+    EXPECT_EQ(first.command({{"id", 2}, {"command", "step"}})["type"], "ok");
+}
+
+TEST_F(AttackTest, WhoClosesHisSideAndDoesNotReadIsForgotten) {
+    start();
+    expect_well();
+    const auto before = descriptors();
+    std::vector<tcp::socket> deaf;
+    for (int i = 0; i < 3; ++i) {
+        tcp::socket& socket = deaf.emplace_back(io_);
+        socket.open(tcp::v4());
+        socket.set_option(asio::socket_base::receive_buffer_size(4096));
+        socket.connect({asio::ip::make_address("127.0.0.1"), server_->port()});
+        asio::write(socket, asio::buffer(upgrade()));
+        std::array<char, 12> begin{};
+        asio::read(socket, asio::buffer(begin));
+        EXPECT_EQ(std::string_view(begin.data(), begin.size()), "HTTP/1.1 101");
+        std::string bytes;
+        for (int k = 0; k < 9000; ++k) bytes += std::string("\x81\x81\0\0\0\0?", 7);  // answers that do not fit into any buffer
+        asio::write(socket, asio::buffer(bytes));
+        socket.shutdown(tcp::socket::shutdown_send);
+    }
+    const auto ours = static_cast<std::ptrdiff_t>(deaf.size());
+    for (int i = 0; i < 500 && descriptors() > before + ours; ++i) std::this_thread::sleep_for(10ms);
+    EXPECT_LE(descriptors(), before + ours) << "sockets of clients that are gone";
+    stop();  // returns, although they still hold their ends
+}
+
 TEST_F(AttackTest, ClientsAreBounded) {
     start(false, {.limits = {.clients = 1}});
     Client first(connect(), host());
@@ -228,17 +288,12 @@ TEST_F(AttackTest, AMessageInAMillionFragmentsOfNothing) {
 
 TEST_F(AttackTest, ConnectingAndLeavingLeavesNothingBehind) {
     start(true);
-    const auto descriptors = [] {
-        return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator{});
-    };
     expect_well();
     const auto before = descriptors();
     for (int i = 0; i < 300; ++i) {
         tcp::socket socket = connect();
         if (i % 3 == 0) continue;
-        const std::string head = "GET /ws HTTP/1.1\r\nHost: " + host() +
-                                 "\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
-                                 "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: tetfront.v1\r\n\r\n";
+        const std::string head = upgrade();
         asio::write(socket, asio::buffer(i % 3 == 1 ? head.substr(0, head.size() / 2) : head));
         if (i % 3 == 2) {
             std::array<char, 12> begin{};
@@ -279,7 +334,9 @@ TEST_F(AttackTest, AStalledSimulationIsUnhealthy) {
     for (int i = 0; i < 2000 && !stalled; ++i) {
         const auto answer = request(http::verb::get, "/healthz");
         stalled = answer.result_int() == 503;
-        if (stalled) EXPECT_NE(answer.body().find("simulation thread"), std::string::npos);
+        if (stalled) {
+            EXPECT_NE(answer.body().find("simulation thread"), std::string::npos);
+        }
     }
     EXPECT_TRUE(stalled) << "a step of this front takes more than a millisecond";
 }

@@ -454,6 +454,101 @@ TEST_F(CommandsTest, SavesAMomentAndGoesBackToIt) {
     at_step(7);
 }
 
+TEST_F(CommandsTest, ARecordingThatCannotBeginIsRefused) {
+    start_with_library(false, 100);
+    Client client(connect(), host());
+    client.until(is_frame);
+    const Json refusal = client.command({{"id", 1}, {"command", "record_start"}, {"name", "run"}});
+    EXPECT_EQ(refusal["code"], "failed");
+    EXPECT_NE(refusal["message"].get<std::string>().find("limit of 100 bytes"), std::string::npos) << refusal;
+    EXPECT_TRUE(Library({}, data_.path()).recordings().empty()) << "its name stays free";
+    EXPECT_EQ(client.command({{"id", 2}, {"command", "step"}})["type"], "ok");
+}
+
+TEST_F(CommandsTest, ListsAreNotForFloods) {
+    start_with_library();
+    Client client(connect(), host());
+    std::map<std::string, int> answers;
+    for (int id = 0; id < 200; ++id) {
+        const Json answer = client.command({{"id", id}, {"command", id % 2 ? "recordings" : "states"}});
+        ++answers[answer["type"] == "ok" ? "ok" : answer["code"].get<std::string>()];
+    }
+    EXPECT_GE(answers["ok"], 10);
+    EXPECT_GE(answers["too_many"], 1) << "two hundred took a second each ten";
+    EXPECT_EQ(client.command({{"id", 201}, {"command", "pause"}})["type"], "ok");
+}
+
+TEST_F(CommandsTest, TopologiesOfAStateThatIsRestoredAreNewToAll) {
+    start_with_library();
+    Client client(connect(), host());
+    int id = 0;
+    const auto done = [&](Json command) {
+        command["id"] = ++id;
+        EXPECT_EQ(client.command(command)["type"], "ok") << command;
+    };
+    done({{"command", "save"}, {"name", "quadratic"}});
+    done({{"command", "order"}, {"value", 1}});
+    done({{"command", "save"}, {"name", "linear"}});
+    std::set<std::uint32_t> epochs;
+    for (const char* name : {"quadratic", "linear", "quadratic", "linear"}) {
+        client.send(Json({{"id", ++id}, {"command", "restore"}, {"name", name}}).dump());
+        const Message topology = client.until([](const Message& m) { return m.type() == 2; });
+        const Message frame = client.until(is_frame);
+        EXPECT_EQ(frame.at<std::uint32_t>(4), topology.at<std::uint32_t>(4));
+        EXPECT_TRUE(epochs.insert(topology.at<std::uint32_t>(4)).second) << "viewers know another topology by this number";
+    }
+}
+
+TEST_F(CommandsTest, HelloSaysWhatTheSceneSays) {
+    start();
+    Client first(connect(), host());
+    Json hello = first.event("hello");
+    EXPECT_EQ(hello["budget"], Json({{"tets", nullptr}, {"milliseconds", nullptr}}));
+    int id = 0;
+    for (Json command : {Json({{"command", "gravity"}, {"value", {1, 2, 3}}}), Json({{"command", "tolerance"}, {"value", 0.5}}),
+                         Json({{"command", "order"}, {"value", 1}}), Json({{"command", "levels"}, {"min", 1}, {"max", 1}}),
+                         Json({{"command", "budget"}, {"tets", 77}})}) {
+        command["id"] = ++id;
+        EXPECT_EQ(first.command(command)["type"], "ok") << command;
+    }
+    Client late(connect(), host());
+    EXPECT_EQ(late.event("hello"), hello) << "what one goes back to, not what is now";
+    EXPECT_EQ(late.event("settings")["order"], 1);
+    EXPECT_EQ(late.event("state")["tolerance"], 0.5);
+}
+
+TEST_F(CommandsTest, ThePresentWordOnAPlaceReplacesTheOneBefore) {
+    start();
+    Client client(connect(), host());
+    for (const char* command : {"pin", "unpin", "pin", "unpin"})
+        EXPECT_EQ(client.command(place({{"id", 1}, {"command", command}, {"radius", 0.5}}))["type"], "ok");
+    EXPECT_EQ(client.command(place({{"id", 2}, {"command", "pin"}, {"radius", 0.25}}))["type"], "ok");
+    Client late(connect(), host());
+    EXPECT_EQ(late.event("settings")["pins"],
+              Json::array({place({{"pinned", false}, {"radius", 0.5}}), place({{"pinned", true}, {"radius", 0.25}})}));
+}
+
+TEST_F(CommandsTest, ARecordingHasTheColoursThatWereRecorded) {
+    start_with_library();
+    {
+        Client client(connect(), host());
+        client.until(is_frame);
+        EXPECT_EQ(client.command({{"id", 1}, {"command", "record_start"}, {"name", "run"}, {"colouring", "stress"}})["type"], "ok");
+        EXPECT_EQ(client.command({{"id", 2}, {"command", "step"}, {"count", 10}})["type"], "ok");
+        client.until([](const Message& m) { return m.text && m.json["type"] == "state" && m.json["step"] == 10; });
+        EXPECT_EQ(client.command({{"id", 3}, {"command", "record_stop"}})["type"], "ok");
+    }
+    stop();
+    serve(std::make_unique<Session>(Recording(data_.path() / "recordings" / "run.tfr"), false));
+    Client client(connect(), host());
+    EXPECT_EQ(client.event("hello")["recording"]["colouring"], "stress");
+    EXPECT_EQ(client.command({{"id", 1}, {"command", "colouring"}, {"value", "stress"}})["type"], "ok");
+    const Json refusal = client.command({{"id", 2}, {"command", "colouring"}, {"value", "strain"}});
+    EXPECT_EQ(refusal["code"], "failed");
+    EXPECT_EQ(refusal["pointer"], "/value");
+    EXPECT_EQ(client.command({{"id", 3}, {"command", "colouring"}, {"value", "stiffness"}})["type"], "ok");
+}
+
 TEST_F(CommandsTest, ARecordingEndsAtTheLimitAndSaysSo) {
     start_with_library(true, 20'000);
     Client client(connect(), host());

@@ -254,6 +254,12 @@ TEST_F(DownloadTest, OnlyWhatIsWrongWithASceneIsRemembered) {
     EXPECT_EQ(std::ranges::count(starts, '\n'), 3) << "the bad one is not tried again: " << starts;
 }
 
+TEST_F(DownloadTest, AThumbnailThatCannotBeReadIsDrawnAgain) {
+    std::filesystem::create_directories(data_.path() / "thumbnails" / "small.png");
+    start_with_library();
+    EXPECT_EQ(request(http::verb::get, "/thumbnails/small.png").result_int(), 200U);
+}
+
 TEST_F(DownloadTest, ScenesHaveThumbnailsThatAreKept) {
     start_with_library();
     const auto made = request(http::verb::get, "/thumbnails/small.png");

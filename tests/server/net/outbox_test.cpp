@@ -158,5 +158,17 @@ TEST(Outbox, AnswersAreOrderedAndBounded) {
     EXPECT_TRUE(outbox.push("room again"));
 }
 
+TEST(Outbox, LargeAnswersAreFewer) {
+    Outbox outbox;
+    const std::string large(Outbox::max_control_bytes / 4, 'x');
+    ASSERT_TRUE(outbox.push(std::string(3 * Outbox::max_control_bytes, 'x'))) << "one may be of any size";
+    EXPECT_FALSE(outbox.push("ok")) << "but nothing waits behind it";
+    EXPECT_EQ(drain(outbox).size(), 1U);
+    for (int i = 0; i < 5; ++i) ASSERT_TRUE(outbox.push(large));
+    EXPECT_FALSE(outbox.push("ok"));
+    EXPECT_EQ(drain(outbox).size(), 5U);
+    EXPECT_TRUE(outbox.push("ok"));
+}
+
 }  // namespace
 }  // namespace tetfront

@@ -1,15 +1,23 @@
+#include "server/net/command_parser.hpp"
 #include "server/net/compressed_frame.hpp"
 #include "server/net/protocol.hpp"
 
 #include "tests/support/golden.hpp"
+#include "tests/support/project.hpp"
 #include "tests/support/sample_frame.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <set>
+#include <string>
+#include <variant>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
@@ -34,6 +42,8 @@ Scene sample_scene() {
     scene.view.fitted = false;
     scene.time_step = 1.0 / 64;
     scene.front.order = 2;
+    scene.gravity = {0, 0, -9.75};
+    scene.front.tolerance = 0.02;
     return scene;
 }
 
@@ -97,6 +107,46 @@ TEST(Protocol, BytesAreGolden) {
     expect_golden("coloured_frame_v1.bin", encode_frame(*coloured_frame(), 1, 42));
     expect_golden("compressed_frame_v1.bin", compress_frame(encode_frame(*frame, 1, 42)));
     expect_golden("compressed_coloured_frame_v1.bin", compress_frame(encode_frame(*coloured_frame(), 1, 42)));
+}
+
+/// The keys and types of a JSON value at all depths; of a list, of its first item.
+std::string outline(const nlohmann::json& value) {
+    if (value.is_number()) return "number";
+    if (value.is_array()) return "[" + (value.empty() ? "" : outline(value[0])) + "]";
+    if (!value.is_object()) return value.type_name();
+    std::string text = "{";
+    for (const auto& [key, member] : value.items()) text += key + ":" + outline(member) + " ";
+    return text + "}";
+}
+
+TEST(Protocol, ExamplesAreTrue) {
+    const auto frame = sample_frame();
+    const Library::FileEntry file{"run.tfr", 1, {}};
+    std::map<std::string, std::vector<std::string>> wanted;
+    for (const std::string& message :
+         {hello_of({.scene = sample_scene(), .frame_model = frame->model, .floor = {}, .recorded = {}}, sample_state()), state_event(sample_state(), 2),
+          settings_event(sample_state()), recording_event({}), link_event({.sent = 1, .dropped = 1, .in_flight = 1, .round_trip = 0.1}), log_event("info", ""),
+          progress_event("", 0.5, 1.0), ok_reply(7), scenes_reply(7, {{"a", "b"}}), recordings_reply(7, {file}, true),
+          error_reply(7, CommandError{"a", "b", "c"})}) {
+        const auto json = nlohmann::json::parse(message);
+        wanted[json["type"]].push_back(outline(json));
+    }
+    std::ifstream in(source_folder() / "server/PROTOCOL.md");
+    std::set<std::string> types, commands;
+    for (std::string line; std::getline(in, line);) {
+        if (!line.starts_with("{\"")) continue;
+        const auto json = nlohmann::json::parse(line);
+        if (json.contains("command")) {
+            const ParsedCommand parsed = parse_command(line);
+            EXPECT_TRUE(std::holds_alternative<Command>(parsed.result)) << line;
+            commands.insert(json["command"]);
+        } else if (!json.contains("states")) {  // that list is read from files
+            EXPECT_TRUE(std::ranges::find(wanted[json["type"]], outline(json)) != wanted[json["type"]].end()) << line << '\n' << outline(json);
+            types.insert(json["type"]);
+        }
+    }
+    EXPECT_EQ(types.size(), wanted.size());
+    EXPECT_EQ(commands.size(), std::variant_size_v<Command> + 1) << "pin and unpin are one for the parser";
 }
 
 TEST(Protocol, HeaderIsAsDocumented) {

@@ -44,8 +44,11 @@ class ServerTest : public testing::Test {
     ~ServerTest() override { stop(); }
 
     void start(bool playing = false, Server::Options options = {}, Scene scene = box_scene(), Session::Settings settings = {}) {
+        serve(std::make_unique<Session>(std::move(scene), playing, std::move(settings)), std::move(options));
+    }
+    void serve(std::unique_ptr<Session> session, Server::Options options = {}) {
         options.port = 0;
-        session_ = std::make_unique<Session>(std::move(scene), playing, std::move(settings));
+        session_ = std::move(session);
         server_ = std::make_unique<Server>(options, load_web_files(web_.path()), *session_);
         thread_ = std::thread([this] {
             try {

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <filesystem>
 #include <functional>
 #include <future>
 #include <mutex>
@@ -264,11 +265,46 @@ TEST(Session, EveryCommandIsAnsweredOnceFromManyThreadsAndAcrossAStop) {
     EXPECT_EQ(answers, threads * each);
 }
 
-TEST(Session, StopsWhileItBuilds) {
+/// Takes seconds to build.
+Scene large_scene() {
     Scene scene = box_scene();
     scene.mesh = BoxMeshSpec{{0, 0, 0}, {4, 1, 1}, {16, 4, 4}};
     scene.levels = 3;
-    Session session(scene, true);
+    return scene;
+}
+
+TEST(Session, OneClientDoesNotFillTheQueueOfAll) {
+    std::atomic<int> refused = 0, others = 0;
+    {
+        TestSession s(false, large_scene());
+        ASSERT_TRUE(s.wait([&] { return !s.stages.empty(); }));  // commands wait until it is built
+        for (int i = 0; i < 3000; ++i) s.session.submit(1, command::Pause{}, [&](const auto& error) { refused += error && error->code == "too_many"; });
+        EXPECT_EQ(refused, 3000 - static_cast<int>(Session::max_client_queue));
+        EXPECT_EQ(s.session.waiting(), Session::max_client_queue);
+        s.session.submit(2, command::Pause{}, [&](const auto& error) { others += error && error->code == "too_many"; });
+        EXPECT_EQ(others, 0);
+        EXPECT_EQ(s.session.waiting(), Session::max_client_queue + 1);
+    }
+    EXPECT_EQ(refused, 3000 - static_cast<int>(Session::max_client_queue)) << "the others were told that the server stops";
+}
+
+TEST(Session, ManyCommandsLeaveRoomForFrames) {
+    Scene scene = box_scene();
+    scene.mesh = BoxMeshSpec{{0, 0, 0}, {4, 1, 1}, {8, 4, 4}};
+    scene.levels = 2;
+    TestSession s(false, scene);
+    ASSERT_TRUE(s.wait([&] { return s.frame != nullptr; }));
+    std::atomic<int> done = 0;
+    const int before = s.look([&] { return s.frames; });
+    // Each makes another front, which costs the tree.
+    constexpr int count = 1000;
+    for (int i = 0; i < count; ++i) s.session.submit(1, command::Order{1 + i % 2}, [&](const auto&) { ++done; });
+    ASSERT_TRUE(s.wait([&] { return s.frames >= before + 3 || done == count; }));
+    EXPECT_LT(done, count) << "all were carried out before anybody saw anything";
+}
+
+TEST(Session, StopsWhileItBuilds) {
+    Session session(large_scene(), true);
     std::promise<void> begun;
     std::atomic<bool> first = true;
     session.start({.progress = [&](const std::string&, double) {
@@ -291,6 +327,24 @@ Recording short_recording(const TemporaryFolder& folder) {
     }
     writer.finish();
     return Recording(folder.path() / "run.tfr");
+}
+
+TEST(Session, AFailureIsAnEventAndAResetStartsAgain) {
+    const TemporaryFolder folder;
+    Recording recording = short_recording(folder);
+    // What cannot happen to a simulation on purpose can to a recording: its second half is gone once it is open.
+    std::filesystem::resize_file(folder.path() / "run.tfr", std::filesystem::file_size(folder.path() / "run.tfr") / 2);
+    TestSession s(true, std::move(recording));
+    ASSERT_TRUE(s.wait([&] { return s.state.failed; }));
+    EXPECT_NE(s.look([&] { return s.state.status.warning; }).find("reset to start again"), std::string::npos);
+    EXPECT_FALSE(s.look([&] { return s.state.playing; }));
+    const auto error = s.send(command::Play{});
+    ASSERT_TRUE(error);
+    EXPECT_EQ(error->code, "failed");
+    EXPECT_EQ(s.send(command::Reset{}), std::nullopt);
+    ASSERT_TRUE(s.wait([&] { return !s.state.failed && s.frame->status.step == 0; }));
+    EXPECT_EQ(s.send(command::Step{}), std::nullopt);
+    EXPECT_TRUE(s.wait([&] { return s.frame->status.step == 1; }));
 }
 
 TEST(Session, PlaysARecordingToItsEnd) {
