@@ -4,7 +4,7 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 
 import { startMockServer } from "./mock_server.mjs";
-import { difference, largestMove, launch, middle, open, pause, positions, state, still } from "./support";
+import { difference, largestMove, launch, middle, open, pause, positions, shown, state, still } from "./support";
 
 let browser: Browser;
 let server: Awaited<ReturnType<typeof startMockServer>>;
@@ -123,6 +123,36 @@ describe("first view", () => {
     expect(await page.inputValue("[aria-label^='Gravity along x']")).toBe("0");
     await page.selectOption("[aria-label=Speed]", "0.5");
     await page.waitForFunction(() => window.tetfront!.state().simulation!.speed === 0.5);
+    await page.click("[aria-controls=panel]");
+  });
+
+  it("knows the scene's own values after a reload, and for who comes later", async () => {
+    await page.click("[aria-controls=panel]");
+    await page.fill("[aria-label='Mass damping in 1/s']", "2");
+    await page.keyboard.press("Enter");
+    await page.fill("[aria-label^='Gravity along x']", "1");
+    await page.keyboard.press("Enter");
+    const carried = () =>
+      page.waitForFunction(() => location.hash.includes("damping=2,0") && location.hash.includes("gravity=1,"));
+    await carried();
+    const { settings, simulation } = await state(page);
+    expect([settings!.damping.mass, simulation!.gravity[0]]).toEqual([2, 1]);
+    for (const again of [() => page.reload(), () => page.goto("about:blank").then(() => page.goto(server.url))]) {
+      await again();
+      await shown(page);
+      await carried(); // also by a page whose address did not say so
+      if (!(await page.isVisible("#panel"))) await page.click("[aria-controls=panel]");
+      expect(await page.isVisible("[aria-label='Reset mass damping']")).toBe(true);
+      expect(await page.isVisible("[aria-label='Reset gravity']")).toBe(true);
+    }
+    await page.click("[aria-label='Reset mass damping']");
+    await page.click("[aria-label='Reset gravity']");
+    await page.waitForFunction(() => {
+      const { settings: now, simulation: moment } = window.tetfront!.state();
+      return now?.damping.mass === 0 && moment?.gravity[0] === 0;
+    });
+    await page.waitForFunction(() => !/damping|gravity/.test(location.hash));
+    expect(await page.isVisible("[aria-label='Reset mass damping']")).toBe(false);
     await page.click("[aria-controls=panel]");
   });
 

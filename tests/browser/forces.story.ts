@@ -4,7 +4,18 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 
 import { startMockServer } from "./mock_server.mjs";
-import { difference, largestMove, launch, middle, open, pointOnObject, positions, screenshot, state } from "./support";
+import {
+  difference,
+  largestMove,
+  launch,
+  middle,
+  open,
+  pointOnObject,
+  positions,
+  screenshot,
+  state,
+  still,
+} from "./support";
 
 let browser: Browser;
 let server: Awaited<ReturnType<typeof startMockServer>>;
@@ -142,20 +153,74 @@ describe("a force of the scene", () => {
   });
 });
 
+describe("a force of the scene of a simulation that has not begun", () => {
+  it("is where the server says from the beginning", async () => {
+    const paused = await startMockServer({ detail: 3, playing: false });
+    paused.simulation.sceneForces = [{ at: [0.2, -0.46, 0.5], value: [-3e3, 0, 4e3] }];
+    const { page: other } = await open(browser, paused.url);
+    const label = async () => other.locator("output.force:not([hidden])").boundingBox();
+    await other.waitForSelector("output.force:not([hidden])");
+    await still(other);
+    const before = (await label())!;
+    await screenshot(other, "force_of_scene_paused");
+    paused.simulation.tell(paused.simulation.state()); // the same again, when the picture is complete
+    await other.waitForTimeout(500);
+    const after = (await label())!;
+    expect(Math.hypot(after.x - before.x, after.y - before.y)).toBeLessThan(1);
+    await other.close();
+    await paused.close();
+  });
+});
+
 describe("a pin", () => {
-  it("holds what is under the pointer, and lets it go again", async () => {
+  const pins = async () => (await state(page)).settings!.pins;
+  const pinned = (on: boolean) =>
+    page.waitForFunction((wanted) => {
+      const all = window.tetfront!.state().settings!.pins;
+      return all.length === 1 && all[0].pinned === wanted;
+    }, on);
+
+  it("holds what is under the pointer against a force, and lets it go as a whole", async () => {
+    const bare = await middle(page);
     await page.mouse.move(at.x, at.y);
     await page.keyboard.press("p");
-    await page.waitForFunction(() => window.tetfront!.state().settings?.pins.length === 1);
-    expect((await state(page)).settings!.pins[0]).toMatchObject({ pinned: true });
-    await screenshot(page, "pin");
+    await pinned(true);
+    await page.waitForTimeout(500); // it plays, so the page is never still
+    expect(difference(bare, await middle(page, "pin"))).toBeGreaterThan(0.0005); // its dot
+    const [pin] = await pins();
+    const held = (all: number[]) => {
+      const { shape } = server.simulation;
+      const place = server.simulation.at(shape.rest, pin) as number[];
+      return all.filter((_, i) => {
+        const v = i - (i % 3);
+        return Math.hypot(...place.map((x, k) => (shape.rest[v + k] as number) - x)) < 0.9 * pin.radius;
+      });
+    };
+    const before = await positions(page);
+    server.simulation.forces = [
+      { force: 0, triangle: pin.triangle, barycentric: pin.barycentric, value: [-4e3, 0, 0] },
+    ];
+    await page.waitForTimeout(800);
+    const after = await positions(page);
+    expect(held(before).length).toBeGreaterThan(2);
+    expect(largestMove(before, after)).toBeGreaterThan(0.01);
+    expect(largestMove(held(before), held(after))).toBeLessThan(1e-3);
+    server.simulation.forces = [];
+    await page.waitForTimeout(1500);
+    await page.mouse.move(at.x + 3, at.y + 2); // not exactly there
     await page.keyboard.press("p");
-    await page.waitForFunction(() => window.tetfront!.state().settings?.pins.length === 2);
-    expect((await state(page)).settings!.pins[1]).toMatchObject({ pinned: false });
+    await pinned(false);
+    const [free] = await pins();
+    expect(free).toEqual({ ...pin, pinned: false }); // no crescent of it stays
+    await page.waitForTimeout(500);
+    await page.mouse.move(at.x, at.y);
+    await page.waitForTimeout(500);
+    expect(difference(bare, await middle(page, "unpinned"))).toBeLessThan(0.0005);
+    expect(await page.locator("#panel").textContent()).toContain("P pins what is under the pointer");
     await page.mouse.move(60, 110); // beside the object nothing is pinned
     await page.keyboard.press("p");
     await page.waitForTimeout(200);
-    expect((await state(page)).settings!.pins.length).toBe(2);
+    expect((await pins()).length).toBe(1);
   });
 
   it("has had no errors", () => expect(problems).toEqual([]));

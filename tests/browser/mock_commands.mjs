@@ -1,6 +1,6 @@
 // What the mock does for the commands of server/PROTOCOL.md beyond playing and pulling.
 
-import { encodeFrame } from "./mock_wire.mjs";
+import { encodeFrame, FIELDS } from "./mock_wire.mjs";
 
 export const SCENES = [
   { name: "mock", title: "Wobbling ball (mock)" },
@@ -26,7 +26,10 @@ export function editCommand(simulation, { command, ...keys }) {
       break;
     case "pin":
     case "unpin":
-      simulation.pins = [...simulation.pins, { pinned: command === "pin", ...keys }];
+      simulation.pins = [
+        ...simulation.pins.filter((pin) => !isSamePart(pin, keys)),
+        { pinned: command === "pin", ...keys },
+      ];
       break;
     case "stiffness_scale": {
       if (!("radius" in keys)) {
@@ -68,10 +71,14 @@ const isSamePart = (a, b) =>
 /** Commands about colours, scenes and recordings. */
 export function keepCommand(simulation, viewer, { command, value, scene }) {
   switch (command) {
-    case "colouring":
+    case "colouring": {
+      const { recorded } = simulation;
+      if (recorded && value in FIELDS && value !== recorded.colouring)
+        return { code: "failed", pointer: "/value", message: "was not recorded" };
       viewer.colouring = value;
       viewer.socket.send(encodeFrame(simulation, value));
       return {};
+    }
     case "scenes":
       return { scenes: SCENES };
     case "load": {

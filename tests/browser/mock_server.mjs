@@ -29,7 +29,7 @@ const POLICY =
   "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; font-src 'self'; connect-src 'self'; " +
   "worker-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/** options: port (0: any), detail (of the ball, 1..6), playing, building: milliseconds of false progress, token: that is asked for,
+/** options: port (0: any), detail (of the ball, 1..6), playing, building: milliseconds of false progress, token: that is asked for, most: clients,
  * archive: bytes of a recording's pictures, of which no more than `hold` are sent until `held` emits "go". */
 export async function startMockServer(options = {}) {
   const simulation = new MockSimulation(greet, options);
@@ -37,7 +37,8 @@ export async function startMockServer(options = {}) {
   const http = createServer((request, response) => serve(request, response, options.token, archive));
   const sockets = new WebSocketServer({ server: http, path: "/ws", handleProtocols: () => "tetfront.v1" });
   sockets.on("connection", (socket, request) => {
-    if (authorized(request, options.token)) void welcome(socket, simulation, options.building ?? 0);
+    if (simulation.viewers.size >= (options.most ?? Infinity)) socket.close(1013, "there are too many clients");
+    else if (authorized(request, options.token)) void welcome(socket, simulation, options.building ?? 0);
     else socket.close(4001);
   });
   const timer = setInterval(() => simulation.advance(), 1000 / 30);
@@ -115,7 +116,7 @@ async function welcome(socket, simulation, building) {
     json({ type: "progress", what: "elasticity matrices", fraction: i / 10 });
     await new Promise((resolve) => setTimeout(resolve, building / 10));
   }
-  const viewer = { socket, json, epoch: 0, colouring: "level", acknowledged: 0 };
+  const viewer = { socket, json, epoch: 0, colouring: "level", acknowledged: 0, flying: [] };
   greet(viewer, simulation);
   simulation.viewers.add(viewer);
   simulation.tell(simulation.state());
@@ -126,8 +127,9 @@ async function welcome(socket, simulation, building) {
   });
   socket.on("message", (data) => {
     const command = JSON.parse(String(data));
+    if (!simulation.viewers.has(viewer)) return; // a story has cut the line
     if (command.command === "ack") {
-      viewer.acknowledged = command.frame;
+      simulation.acknowledge(viewer, command.frame);
       return;
     }
     const result = simulation.command(viewer, command) ?? {};

@@ -1,6 +1,7 @@
 // The mock's simulation: an analytically wobbling ball that answers the commands of server/PROTOCOL.md.
 
 import { editCommand, keepCommand, SCENES } from "./mock_commands.mjs";
+import { helloOf, NO_BUDGET, recordingOf, SCENE, settingsOf, stateOf } from "./mock_messages.mjs";
 import { ball, frontGrid } from "./mock_shapes.mjs";
 import { encodeFrame, encodeTopology } from "./mock_wire.mjs";
 
@@ -9,31 +10,37 @@ export class MockSimulation {
   pulls = new Map(); // key -> { viewer, triangle, barycentric, target, force }
   commands = []; // every command received, for tests
   epoch = 1;
-  sequence = 0;
+  sequence = 1;
   generation = 1;
   time = 0;
   step = 0;
   speed = 1;
-  gravity = [0, 0, -9.81];
-  tolerance = 0.05;
+  gravity = SCENE.gravity;
+  tolerance = SCENE.tolerance;
   timeStep = 1 / 60;
   fine = false;
   warning = "";
   failed = false;
   colouringsSent = 0;
-  order = 1;
-  levels = { min: 0, max: 2 };
+  order = SCENE.order;
+  levels = SCENE.levels;
   wantedLevels = { min: 0, max: 99 };
   stiffness = 1;
   stiffnessParts = []; // as in "settings"
   damping = { mass: 0, stiffness: 0 };
-  budget = { tets: null, milliseconds: null };
+  budget = NO_BUDGET;
   forces = []; // as in "settings"
   pins = [];
   sceneForces = []; // as in "state"
   recording = null; // { name, frames }
   recordings = [];
+  /** @type {{ frames: number, start: number, end: number, colouring: string } | null} */
+  recorded = null; // as in "hello": what plays is a recording
+  /** @type {{ point: number[], normal: number[] } | null} */
+  cut = null; // of the scene's view
+  lacks = []; // capabilities of newer servers
   scene = SCENES[0];
+  refusals = {}; // command -> what is said instead of doing it
 
   constructor(greet, { detail = 4, playing = true } = {}) {
     this.detail = detail;
@@ -44,76 +51,15 @@ export class MockSimulation {
     this.shift = new Float64Array(this.shape.rest.length); // of each surface coordinate by pulls
   }
 
-  hello() {
-    return {
-      type: "hello",
-      protocol: 1,
-      version: "0.0.0-mock",
-      scene: this.scene,
-      up: 2,
-      depth: 2,
-      young_range: [1e5, 1e7],
-      rest_box: [-0.5, -0.5, 0, 0.5, 0.5, 1],
-      view: {
-        ...{ eye: [1.6, -2.9, 1.5], target: [0, 0, 0.48], field_of_view: 32 },
-        ...{ colouring: "level", wireframe: false },
-      },
-      gravity: [0, 0, -9.81],
-      tolerance: 0.05,
-      time_step: this.timeStep,
-      order: this.order,
-      playing: this.playing,
-      speed: this.speed,
-      recording: null,
-      generation: this.generation,
-      limits: { message_bytes: 65536, messages_per_second: 1000, recording_bytes: 1e9 },
-      capabilities: ["acknowledge", "colouring", "edit", "load", "record", "save"],
-    };
-  }
-
-  state() {
-    return {
-      type: "state",
-      playing: this.playing,
-      speed: this.speed,
-      time: this.time,
-      step: this.step,
-      steps_per_second: this.playing ? this.speed / this.timeStep : 0,
-      tets_by_level: this.fine ? [620, 1480, 2210] : [720, 880, 0],
-      free_vertices: this.fine ? 1432 : 412,
-      estimate: this.fine ? 0.021 : 0.034,
-      tolerance: this.tolerance,
-      gravity: this.gravity,
-      milliseconds: this.fine ? 7.31 : 2.04,
-      phases: this.fine
-        ? { adapt: 1.1, setup: 0.9, assemble: 1.6, solve: 3.2, other: 0.51 }
-        : { adapt: 0.2, setup: 0.3, assemble: 0.5, solve: 0.9, other: 0.14 },
-      energy: { kinetic: 0.4 * Math.cos(4 * this.time) ** 2, elastic: 1 + 0.4 * Math.sin(4 * this.time) ** 2 },
-      iterations: 14,
-      converged: true,
-      viewers: this.viewers.size,
-      warning: this.warning,
-      failed: this.failed,
-      forces: this.sceneForces,
-    };
-  }
+  hello = () => helloOf(this);
+  state = () => stateOf(this);
+  settings = () => settingsOf(this);
+  recordingState = () => recordingOf(this);
 
   limitLevels() {
     const deepest = this.order === 2 ? 1 : 2;
     const max = Math.min(this.wantedLevels.max, deepest);
     this.levels = { min: Math.min(this.wantedLevels.min, max), max };
-  }
-
-  settings() {
-    const { order, levels, damping, budget, forces, pins, stiffness, stiffnessParts } = this;
-    const scales = { stiffness_scale: stiffness, stiffness_parts: stiffnessParts };
-    return { type: "settings", order, levels, ...scales, damping, budget, forces, pins };
-  }
-
-  recordingState() {
-    const { name = "", frames = 0 } = this.recording ?? {};
-    const active = this.recording !== null;
-    return { type: "recording", active, name, frames, seconds: frames / 30, bytes: 12_000 * frames, problem: "" };
   }
 
   /** Of a colouring at each surface vertex; displacement is the true one, the others rise with height. */
@@ -169,11 +115,11 @@ export class MockSimulation {
         for (let i = 0; i < 3; ++i) wanted[v + i] += weight * force.value[i];
       }
     }
-    for (const { pinned, ...pin } of this.pins) {
-      const anchor = this.at(rest, pin);
-      for (let v = 0; v < rest.length && pinned; v += 3)
-        if (Math.hypot(rest[v] - anchor[0], rest[v + 1] - anchor[1], rest[v + 2] - anchor[2]) < pin.radius)
-          for (let i = 0; i < 3; ++i) wanted[v + i] = this.shift[v + i];
+    const pins = this.pins.map((pin) => ({ ...pin, anchor: this.at(rest, pin) }));
+    for (let v = 0; v < rest.length && pins.length; v += 3) {
+      const within = ({ anchor, radius }) => Math.hypot(...anchor.map((x, i) => rest[v + i] - x)) <= radius;
+      // The last word on a place counts.
+      if (pins.findLast(within)?.pinned) for (let i = 0; i < 3; ++i) wanted[v + i] = this.shift[v + i];
     }
     for (let i = 0; i < rest.length; ++i) this.shift[i] += 0.35 * (wanted[i] - this.shift[i]);
     if (this.pulls.size > 0 !== this.fine) {
@@ -213,13 +159,28 @@ export class MockSimulation {
     if (this.recording && this.playing) ++this.recording.frames;
     const frames = new Map(); // by colouring
     for (const viewer of this.viewers) {
-      if (viewer.epoch !== this.epoch) viewer.socket.send(encodeTopology(this));
-      viewer.epoch = this.epoch;
       const { colouring } = viewer;
       if (!frames.has(colouring)) frames.set(colouring, encodeFrame(this, colouring));
-      viewer.socket.send(frames.get(colouring));
+      this.show(viewer, frames.get(colouring));
       if (!this.playing || this.sequence % 3 === 0) viewer.json(this.state());
     }
+  }
+
+  /** Two frames at most are on their way to who acknowledges; what comes in between is dropped. */
+  show(viewer, frame) {
+    const { socket, acknowledged, flying } = viewer;
+    viewer.behind = acknowledged > 0 && flying.length >= 2;
+    if (viewer.behind) return;
+    if (viewer.epoch !== this.epoch) socket.send(encodeTopology(this));
+    viewer.epoch = this.epoch;
+    flying.push(this.sequence);
+    socket.send(frame);
+  }
+
+  acknowledge(viewer, sequence) {
+    viewer.acknowledged = sequence;
+    viewer.flying = viewer.flying.filter((sent) => sent > sequence);
+    if (viewer.behind) this.show(viewer, encodeFrame(this, viewer.colouring));
   }
 
   endPulls(viewer) {
@@ -234,6 +195,8 @@ export class MockSimulation {
   command(viewer, command) {
     this.commands.push(command);
     const wrong = (pointer, message) => ({ code: "out_of_range", pointer, message });
+    const refused = this.refusals[command.command];
+    if (refused) return { code: "failed", pointer: "", message: refused };
     const pull = this.pulls.get(command.pull);
     switch (command.command) {
       case "play":
@@ -286,9 +249,8 @@ export class MockSimulation {
     this.scene = scene;
     this.shape = ball(scene.detail ?? this.detail);
     this.shift = new Float64Array(this.shape.rest.length);
-    this.forces = [];
-    this.pins = [];
-    this.stiffnessParts = [];
+    Object.assign(this, { ...SCENE, budget: NO_BUDGET, wantedLevels: { min: 0, max: 99 } });
+    Object.assign(this, { forces: [], pins: [], stiffness: 1, stiffnessParts: [], damping: { mass: 0, stiffness: 0 } });
     this.pulls.clear();
     this.time = this.step = 0;
     ++this.generation;

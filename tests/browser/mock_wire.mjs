@@ -30,10 +30,11 @@ export function encodeTopology(simulation) {
   return message(2, { generation, epoch, time }, counts, [front.edges, levels, front.levels, ...tets]);
 }
 
-const FIELDS = { displacement: 1, strain: 2, stress: 3, error: 4 };
+export const FIELDS = { displacement: 1, strain: 2, stress: 3, error: 4 };
 
-/** colouring: of the client; the last four make it a coloured frame. */
-export function encodeFrame(simulation, colouring = "level") {
+/** wanted: colouring of the client; the last four make it a coloured frame. */
+export function encodeFrame(simulation, wanted = "level") {
+  const colouring = simulation.recorded?.colouring ?? wanted; // a recording's come unasked
   const surface = simulation.positions();
   const front = simulation.frontPositions();
   const low = [Infinity, Infinity, Infinity];

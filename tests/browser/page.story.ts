@@ -7,7 +7,7 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 
 import { startMockServer } from "./mock_server.mjs";
-import { launch, open, screenshot } from "./support";
+import { launch, open, screenshot, shown, still } from "./support";
 
 let browser: Browser;
 let server: Awaited<ReturnType<typeof startMockServer>>;
@@ -199,15 +199,44 @@ it.each(["light", "dark"])("takes a tool into the hand at 360 pixels and out aga
   server.simulation.stiffnessParts = [];
 });
 
+it("moves nothing by itself for those who want less motion", async () => {
+  const { page } = await open(browser, server.url);
+  /** How the record button blinks, and redraws until the camera has arrived. */
+  const motion = async (zooms: string) => {
+    await page.keyboard.press("v");
+    await page.waitForSelector("button.record.active");
+    const blinks = await page.$eval("button.record svg", (svg) => getComputedStyle(svg).animationName);
+    const slides = await page.$eval("#view", (view) => getComputedStyle(view).transitionDuration);
+    await page.keyboard.press("v");
+    await page.waitForSelector("button.record:not(.active)");
+    await page.keyboard.press(zooms);
+    await still(page);
+    const before = await page.evaluate(() => window.tetfront!.redraws());
+    await page.keyboard.press("f");
+    await still(page);
+    return { blinks, slides, redraws: (await page.evaluate(() => window.tetfront!.redraws())) - before };
+  };
+  const usual = await motion("PageUp");
+  expect(usual).toMatchObject({ blinks: "blink", slides: "0.3s" });
+  expect(usual.redraws).toBeGreaterThan(2);
+  await page.emulateMedia({ reducedMotion: "reduce" });
+  const reduced = await motion("PageDown");
+  expect(reduced).toMatchObject({ blinks: "none", slides: "0s" });
+  expect(reduced.redraws).toBeLessThanOrEqual(2);
+  await page.close();
+});
+
 it("remembers the theme that was chosen", async () => {
   const context = await browser.newContext({ colorScheme: "light" });
   const page = await context.newPage();
   const theme = () => page.getAttribute("html", "data-theme");
   await page.goto(server.url);
+  await shown(page);
   expect(await theme()).toBe("light");
   await page.keyboard.press("t");
   expect(await theme()).toBe("dark");
   await page.reload();
+  await shown(page);
   expect(await theme()).toBe("dark");
   await context.close();
 });

@@ -127,5 +127,14 @@ describe("pulling", () => {
     await page.waitForFunction(() => window.tetfront!.frame()?.pulls.length === 0);
   });
 
+  it("is ended when the scene comes anew under a hand that holds it", async () => {
+    const place = server.simulation.scene;
+    await page.keyboard.press("d");
+    await page.waitForFunction(() => (window.tetfront!.frame()?.pulls.length ?? 0) > 0);
+    server.simulation.load(place);
+    await page.waitForFunction(() => !window.tetfront!.state().pullsByKeys);
+    await expect.poll(() => sent().at(-1)).toBe("pull_end");
+  });
+
   it("has had no errors", () => expect(problems).toEqual([]));
 });

@@ -48,6 +48,60 @@ describe("the connection", () => {
     await server.close();
   });
 
+  it("waits for the new server's word before it sends anything, and shows the last picture meanwhile", async () => {
+    let server = await startMockServer({ detail: 3 });
+    const { page } = await open(browser, server.url);
+    await page.keyboard.press("d"); // a pull is held
+    await page.waitForFunction(() => window.tetfront!.state().pullsByKeys);
+    await server.close();
+    await page.waitForFunction(() => window.tetfront!.state().link.status === "waiting");
+    expect((await state(page)).pullsByKeys).toBe(false);
+    server = await startMockServer({ detail: 3, port: server.port, building: 6000 });
+    await page.waitForFunction(() => window.tetfront!.state().link.status === "open");
+    expect(await page.innerText(".pill")).toBe("building");
+    expect(await page.isDisabled("[aria-label=Reset]")).toBe(true);
+    await page.keyboard.press("d");
+    await page.keyboard.press("r");
+    expect(await page.innerText(".toasts")).toContain("Reset: the server is not ready yet");
+    expect((await state(page)).pullsByKeys).toBe(false);
+    expect((await positions(page)).length).toBeGreaterThan(0);
+    await page.waitForFunction(() => window.tetfront!.state().simulation);
+    expect(await page.innerText(".pill")).toBe("live");
+    expect(server.simulation.commands).toEqual([]);
+    await page.close();
+    await server.close();
+  });
+
+  it("is given up when nothing comes any more, and found again", async () => {
+    const server = await startMockServer({ detail: 3 });
+    const { page } = await open(browser, server.url);
+    expect(await page.innerText(".pill")).toBe("live");
+    const [viewer] = server.simulation.viewers;
+    server.simulation.viewers.clear(); // nothing is sent or heard, and nothing is closed
+    await page.waitForFunction(() => window.tetfront!.state().link.status === "waiting");
+    expect(await page.innerText(".pill")).toBe("offline");
+    await page.waitForFunction(() => window.tetfront!.state().simulation);
+    expect(server.simulation.viewers.size).toBe(1);
+    expect(server.simulation.viewers.has(viewer)).toBe(false);
+    await page.close();
+    await server.close();
+  });
+
+  it("is tried at once when the browser says that there is a network again", async () => {
+    let server = await startMockServer({ detail: 3 });
+    const { page } = await open(browser, server.url);
+    await server.close();
+    await page.waitForFunction(() => {
+      const { link } = window.tetfront!.state();
+      return link.status === "waiting" && link.attempt >= 4; // 4 s
+    });
+    server = await startMockServer({ detail: 3, port: server.port });
+    await page.evaluate(() => window.dispatchEvent(new Event("online")));
+    await page.waitForFunction(() => window.tetfront!.state().simulation, undefined, { timeout: 3000 });
+    await page.close();
+    await server.close();
+  });
+
   it("shows how far the model is", async () => {
     const server = await startMockServer({ building: 12_000 });
     const page = await browser.newPage({ viewport: { width: 640, height: 360 } });

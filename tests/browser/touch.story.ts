@@ -3,6 +3,7 @@
 import type { Browser, CDPSession, Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 
+import type { Force } from "../../web/src/messages";
 import { startMockServer } from "./mock_server.mjs";
 import { launch, shown } from "./support";
 
@@ -89,5 +90,34 @@ describe("touch", () => {
     expect(sent().slice(before)).toEqual(["stiffness_scale"]);
     await page.tap(".banner button");
     expect(await page.locator(".banner").count()).toBe(0);
+  });
+
+  it("puts a force by a tap with a tool, and drags its arrow", async () => {
+    await page.goto(`${server.url}?quality=low`); // the camera at home
+    await shown(page);
+    await page.tap("[aria-controls=panel]");
+    await page.tap("button.tool:text('Force')");
+    expect(await page.innerText(".banner")).toMatch(/^Tap where a force acts/);
+    const before = sent().length;
+    await touch("touchStart", [180, 310]);
+    await touch("touchEnd");
+    await page.waitForFunction(() => window.tetfront!.state().settings?.forces.length === 1);
+    expect(sent().slice(before)).toEqual(["force_add"]);
+    expect(await page.locator(".banner").count()).toBe(0);
+    const [first] = (await page.evaluate(() => window.tetfront!.state().settings!.forces)) as Force[];
+    expect(await page.evaluate(() => window.tetfront!.state().selectedForce)).toBe(first.force);
+    await page.waitForTimeout(800); // the object gives way, and its arrow with it
+    await page.screenshot({ path: new URL("../../test-results/touch_force.png", import.meta.url).pathname });
+    // Where web/src/viewer/bands.ts puts the label of an arrow's head.
+    const label = (await page.locator("output.force:not([hidden])").boundingBox())!;
+    const head: [number, number] = [label.x - 12, label.y + 26];
+    await touch("touchStart", head);
+    await touch("touchMove", [head[0], head[1] - 20]);
+    await touch("touchMove", [head[0], head[1] - 60]);
+    await touch("touchEnd");
+    await page.waitForFunction(
+      (z) => window.tetfront!.state().settings!.forces[0].value[2] > z,
+      first.value[2] + 0.2 * Math.hypot(...first.value),
+    );
   });
 });

@@ -5,7 +5,7 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 
 import { startMockServer } from "./mock_server.mjs";
-import { launch, open, positions, screenshot, shown, state, still } from "./support";
+import { difference, launch, middle, open, positions, screenshot, shown, state, still } from "./support";
 
 let browser: Browser;
 beforeAll(async () => {
@@ -65,6 +65,7 @@ describe("a simulation that has failed", () => {
 describe("frames that do not arrive", () => {
   it("are counted: those that the server dropped, and those that this page was too slow for", async () => {
     const server = await startMockServer({ detail: 3 });
+    server.simulation.lacks = ["acknowledge"]; // or it would send no more than the page takes
     const { page, problems } = await open(browser, server.url, { width: 1000 });
     const numbers = "[aria-label=Numbers]";
     expect(await page.innerText(numbers)).not.toContain("Slow connection");
@@ -93,6 +94,78 @@ describe("frames that do not arrive", () => {
   });
 });
 
+describe("a page that draws nothing, as one that nobody sees", () => {
+  it("keeps neither the server nor the line busy, and sees the present when it wakes up", async () => {
+    const server = await startMockServer({ detail: 3 });
+    const { page, problems } = await open(browser, server.url);
+    const [viewer] = server.simulation.viewers as Set<{ acknowledged: number; flying: number[] }>;
+    await expect.poll(() => viewer.acknowledged).toBeGreaterThan(5);
+    await page.evaluate(() => {
+      const draw = window.requestAnimationFrame.bind(window);
+      const held: FrameRequestCallback[] = [];
+      window.requestAnimationFrame = (turn) => held.push(turn);
+      Object.assign(window, {
+        wake: () => {
+          window.requestAnimationFrame = draw;
+          held.forEach((turn) => draw(turn));
+        },
+      });
+    });
+    await page.waitForTimeout(500);
+    const { acknowledged } = viewer;
+    await page.waitForTimeout(700);
+    expect(viewer.acknowledged).toBe(acknowledged);
+    expect(viewer.flying.length).toBe(2);
+    expect((await state(page)).framesDropped).toBe(0);
+    await page.evaluate(() => (window as unknown as { wake: () => void }).wake());
+    const { sequence } = server.simulation;
+    await expect.poll(() => viewer.acknowledged).toBeGreaterThan(sequence);
+    expect(problems).toEqual([]);
+    await page.close();
+    await server.close();
+  });
+});
+
+describe("a picture whose graphics processor is taken away", () => {
+  it("says so, and is drawn again when it comes back", async () => {
+    const server = await startMockServer({ detail: 3, playing: false });
+    const { page } = await open(browser, server.url);
+    await still(page);
+    const before = await middle(page);
+    await page.evaluate(() => {
+      const context = document.querySelector<HTMLCanvasElement>("#view")!.getContext("webgl2")!;
+      Object.assign(window, { loser: context.getExtension("WEBGL_lose_context")! });
+      (window as unknown as { loser: WEBGL_lose_context }).loser.loseContext();
+    });
+    await page.waitForSelector(".toast");
+    expect(await page.innerText(".toasts")).toContain("The picture was lost");
+    const redraws = await page.evaluate(() => window.tetfront!.redraws());
+    await page.evaluate(() => (window as unknown as { loser: WEBGL_lose_context }).loser.restoreContext());
+    await page.waitForFunction((n) => window.tetfront!.redraws() > n, redraws);
+    await page.click("[aria-label=Dismiss]"); // it lies over the picture
+    await still(page);
+    expect(difference(before, await middle(page, "context_restored"))).toBeLessThan(0.01);
+    await page.close();
+    await server.close();
+  });
+});
+
+describe("a server that has too many clients", () => {
+  it("turns the page away and says why; the page comes back by itself", async () => {
+    const server = await startMockServer({ detail: 3, most: 1 });
+    const { page: first } = await open(browser, server.url);
+    const second = await browser.newPage({ viewport: { width: 640, height: 360 } });
+    await second.goto(`${server.url}?quality=low`);
+    await second.waitForSelector(".banner .countdown");
+    expect(await second.innerText(".banners")).toMatch(/The server says: there are too many clients. Trying again in/);
+    await screenshot(second, "too_many");
+    await first.close();
+    await shown(second);
+    await second.close();
+    await server.close();
+  });
+});
+
 describe("a page that cannot begin", () => {
   const fatal = async (prepare: (page: Page) => Promise<void>) => {
     const server = await startMockServer({ detail: 3 });
@@ -110,6 +183,11 @@ describe("a page that cannot begin", () => {
   it("says that a part of it is missing", async () => {
     const text = await fatal((page) => page.route("**/assets/main-*.js", (route) => route.fulfill({ status: 404 })));
     expect(text).toMatch(/did not load\s+Reload it/);
+  });
+
+  it("says that the connection's script is missing", async () => {
+    const text = await fatal((page) => page.route("**/assets/worker-*.js", (route) => route.fulfill({ status: 404 })));
+    expect(text).toMatch(/did not load\s+Reload it.*script of the connection/s);
   });
 
   it("says that the browser has no WebGL 2", async () => {

@@ -5,7 +5,7 @@ import type { Port } from "../../web/src/connection";
 import type { LinkEvent } from "../../web/src/link";
 import { decodeBinary } from "../../web/src/protocol";
 import type { Capability, Hello, Settings } from "../../web/src/messages";
-import { initialState, isOpen, Store } from "../../web/src/store";
+import { colouringsOf, initialState, isOpen, Store } from "../../web/src/store";
 import type { WorkerRequest } from "../../web/src/worker";
 import { frame } from "./bytes";
 
@@ -32,8 +32,21 @@ beforeEach(() => {
 });
 
 describe("Connection", () => {
-  it("is usable after the hello only", () => {
+  it("is usable after the hello only, that of each connection", () => {
     expect(isOpen(store.get())).toBe(false);
+    hello("a");
+    expect(isOpen(store.get())).toBe(true);
+    port.requests = [];
+    let openWhenInterrupted: boolean | null = null;
+    events.interrupted.mockImplementation(() => (openWhenInterrupted = isOpen(store.get())));
+    for (const status of ["connecting", "open"] as const) {
+      emit({ kind: "link", link: { status } });
+      expect([isOpen(store.get()), openWhenInterrupted]).toEqual([false, false]);
+      openWhenInterrupted = null;
+    }
+    connection.send({ command: "reset" }); // the server may be another one by now
+    expect(port.requests).toEqual([]);
+    expect(events.refused).toHaveBeenCalledExactlyOnceWith({ command: "reset" }, "the server is not ready yet");
     hello("a");
     expect(isOpen(store.get())).toBe(true);
   });
@@ -66,7 +79,33 @@ describe("Connection", () => {
     expect(port.requests).toEqual([]);
   });
 
+  it("shows at first what a recording can show, and the scene's cut", () => {
+    const view = { eye: [0, 0, 0], target: [0, 0, 0], field_of_view: 35, wireframe: true } as const;
+    const cut = { point: [0, 0.5, 0], normal: [0, -2, 0] };
+    const greet = (colouring: "stress" | "strain") =>
+      emit({
+        kind: "text",
+        message: {
+          ...({
+            type: "hello",
+            protocol: 1,
+            rest_box: [0, 0, 0, 1, 2, 4],
+            capabilities: ["colouring"],
+          } as unknown as Hello),
+          scene: { name: colouring, title: "" },
+          recording: { frames: 1, start: 0, end: 1, colouring: "strain" },
+          view: { ...view, colouring, cut },
+        },
+      });
+    greet("stress");
+    expect(store.get()).toMatchObject({ colouring: "level", cut: { axis: 1, at: 0.25, flip: true } });
+    expect(colouringsOf(store.get().hello).map(({ value }) => value)).toEqual(["level", "stiffness", "strain"]);
+    greet("strain");
+    expect(store.get().colouring).toBe("strain");
+  });
+
   it("numbers commands and tells which one was refused, and where", () => {
+    hello("a");
     connection.send({ command: "play" });
     connection.send({ command: "tolerance", value: 3 });
     expect(port.requests).toMatchObject([{ id: 1 }, { id: 2 }]);
@@ -88,7 +127,7 @@ describe("Connection", () => {
   it("forgets the numbers, but not the scene, when the connection is lost", () => {
     hello("a");
     store.set({ progress: { type: "progress", what: "", fraction: 0.5 } });
-    emit({ kind: "link", link: { status: "waiting", until: 0, attempt: 1 } });
+    emit({ kind: "link", link: { status: "waiting", until: 0, attempt: 1, reason: "" } });
     expect(store.get()).toMatchObject({ simulation: null, progress: null, hello: { scene: { name: "a" } } });
     expect(events.interrupted).toHaveBeenCalledTimes(2); // when it opened, when it closed
   });
@@ -98,6 +137,18 @@ describe("Connection", () => {
     expect(events.binary).toHaveBeenCalledOnce();
     expect(port.requests).toEqual([{ kind: "ready" }]);
     expect(store.get().framesDropped).toBe(2);
+    connection.drawn(7); // later, and never in a tab that nobody sees
+    expect(port.requests.at(-1)).toEqual({ kind: "drawn", sequence: 7 });
+  });
+
+  it("blames no network for frames that a hidden page did not want", () => {
+    const report = { type: "link", sent: 2, dropped: 90, unacknowledged: 2, round_trip: null } as const;
+    connection.hidden = true;
+    emit({ kind: "text", message: report });
+    expect(store.get().linkReport).toBeNull();
+    connection.hidden = false;
+    emit({ kind: "text", message: report });
+    expect(store.get().linkReport).toEqual(report);
   });
 
   it("shows progress until it is done", () => {
@@ -123,6 +174,7 @@ describe("Store.watch", () => {
   });
 
   it("hands answers to who asked, and null when there is none", async () => {
+    hello("a");
     const scenes = connection.request({ command: "scenes" });
     emit({ kind: "text", message: { type: "ok", id: 1, scenes: [{ name: "box", title: "Box" }] } });
     expect((await scenes)?.scenes).toEqual([{ name: "box", title: "Box" }]);
@@ -138,7 +190,7 @@ describe("Store.watch", () => {
     expect(await lost).toBeNull();
   });
 
-  it("starts over with another scene, and keeps the scene's own settings to go back to", () => {
+  it("starts over with another scene", () => {
     const settings = (order: number): Settings => ({
       ...{ type: "settings" as const, order, stiffness_scale: 1, damping: { mass: 0, stiffness: 0 } },
       ...{ budget: { tets: null, milliseconds: null }, forces: [], pins: [] },
@@ -146,10 +198,10 @@ describe("Store.watch", () => {
     hello("a");
     emit({ kind: "text", message: settings(2) });
     emit({ kind: "text", message: settings(1) });
-    expect(store.get()).toMatchObject({ settings: { order: 1 }, initialSettings: { order: 2 } });
+    expect(store.get()).toMatchObject({ settings: { order: 1 } });
     events.interrupted.mockClear();
     hello("b");
-    expect(store.get()).toMatchObject({ settings: null, initialSettings: null });
+    expect(store.get()).toMatchObject({ settings: null });
     expect(events.interrupted).toHaveBeenCalledOnce();
   });
 

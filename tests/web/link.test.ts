@@ -6,36 +6,7 @@ import { backoff, Link, transferOf } from "../../web/src/link";
 import type { LinkEvent } from "../../web/src/link";
 import { decodeBinary } from "../../web/src/protocol";
 import { frame, message, model, topology } from "./bytes";
-
-class FalseSocket {
-  static all: FalseSocket[] = [];
-  readyState = 0;
-  binaryType = "";
-  sent: string[] = [];
-  onopen: (() => void) | null = null;
-  onclose: ((event: { code: number; reason: string }) => void) | null = null;
-  onmessage: ((event: { data: unknown }) => void) | null = null;
-  constructor(
-    readonly url: string,
-    readonly protocol: string,
-  ) {
-    FalseSocket.all.push(this);
-  }
-  open() {
-    this.readyState = 1;
-    this.onopen?.();
-  }
-  receive(...messages: unknown[]) {
-    for (const data of messages) this.onmessage?.({ data });
-  }
-  send(text: string) {
-    this.sent.push(text);
-  }
-  close(code = 1006, reason = "") {
-    this.readyState = 3;
-    this.onclose?.({ code, reason });
-  }
-}
+import { FalseSocket, hello } from "./false_socket";
 
 let events: LinkEvent[];
 let link: Link;
@@ -89,6 +60,15 @@ describe("connecting", () => {
   it("gives up on a server that does not answer, and tries again", () => {
     vi.advanceTimersByTime(8000);
     expect(links()).toEqual(["connecting", "waiting"]);
+  });
+
+  it("says why a server turns it away", () => {
+    socket().open();
+    socket().close(1013, "there are too many clients");
+    expect(events.at(-1)).toMatchObject({ link: { status: "waiting", reason: "there are too many clients" } });
+    vi.advanceTimersByTime(500);
+    socket().close();
+    expect(events.at(-1)).toMatchObject({ link: { status: "waiting", reason: "" } });
   });
 
   it("tries at once when asked to, and only once", () => {
@@ -196,20 +176,6 @@ describe("frames", () => {
   });
 });
 
-const hello = {
-  ...{
-    type: "hello",
-    protocol: 1,
-    version: "0",
-    scene: { name: "a", title: "A" },
-    up: 2,
-    depth: 1,
-    young_range: [1, 1],
-  },
-  ...{ rest_box: [0, 0, 0, 1, 1, 1], view: {}, gravity: [0, 0, 0], tolerance: 0.1, time_step: 0.01, order: 1 },
-  ...{ playing: true, speed: 1, limits: { message_bytes: 65536 } },
-};
-
 describe("what newer servers ask for", () => {
   const capable = JSON.parse(readFileSync(new URL("../golden/hello_v1.json", import.meta.url), "utf8"));
   const acknowledged = () =>
@@ -217,15 +183,22 @@ describe("what newer servers ask for", () => {
       .sent.map((text) => JSON.parse(text))
       .filter(({ command }) => command === "ack");
 
+  const numbered = (...sequences: number[]) => sequences.map((sequence) => ({ command: "ack", frame: sequence }));
+
   it.each([
-    [["acknowledge"], [{ command: "ack", frame: 1 }]],
-    [[], []],
-  ])("acknowledges frames that the page has taken when the server has %j", (capabilities, wanted) => {
+    [["acknowledge"], [numbered(1), numbered(1), numbered(1, 2)]],
+    [[], [[], [], []]],
+  ])("acknowledges the first frame, and then those that were drawn, when the server has %j", (capabilities, wanted) => {
     socket().open();
     socket().receive(JSON.stringify({ ...capable, capabilities }), model(), topology(1), frame(1, { sequence: 1 }));
-    expect(acknowledged()).toEqual([]);
+    expect(acknowledged()).toEqual(wanted[0]);
     link.ready();
-    expect(acknowledged()).toEqual(wanted);
+    socket().receive(frame(1, { sequence: 2 }), frame(1, { sequence: 3 }));
+    link.ready();
+    expect(acknowledged()).toEqual(wanted[1]); // nobody sees the page
+    link.drawn(2);
+    link.drawn(99); // of an earlier connection
+    expect(acknowledged()).toEqual(wanted[2]);
   });
 
   it("waits for a token when the server wants one", () => {

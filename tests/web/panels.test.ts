@@ -2,7 +2,8 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 
 import { makeActions, SPEEDS } from "../../web/src/actions";
 import { clock, count, duration, percent, quantity, quantityOfLength, significant } from "../../web/src/format";
-import { bindings, findBinding } from "../../web/src/keys";
+import { bindings, findBinding, ownKeys } from "../../web/src/keys";
+import { aimsAtMiddle } from "../../web/src/panels/aim";
 import { troubleOf } from "../../web/src/panels/banner";
 import { throttle } from "../../web/src/panels/dom";
 import { modeOf } from "../../web/src/panels/modes";
@@ -35,7 +36,7 @@ describe("numbers", () => {
 
 describe("keys", () => {
   const send = vi.fn();
-  const rig = { goHome: vi.fn(), nudge: vi.fn() } as unknown as CameraRig;
+  const rig = { goHome: vi.fn(), nudge: vi.fn(), pan: vi.fn() } as unknown as CameraRig;
   const store = new Store({ ...initialState });
   const hands = {
     ...{ pin: vi.fn(), newForce: vi.fn(), stiffen: vi.fn() },
@@ -132,6 +133,32 @@ describe("keys", () => {
     expect(press("ArrowRight")?.what).toMatch(/step/);
   });
 
+  it("move the view as they lie on a number block", () => {
+    for (const key of ["4", "6", "8", "2"]) press(key)?.run();
+    const ways = (rig.pan as ReturnType<typeof vi.fn>).mock.calls.map((way) => way.map(Math.sign));
+    expect(ways).toEqual([
+      [-1, 0],
+      [1, 0],
+      [0, 1],
+      [0, -1],
+    ]);
+  });
+
+  it.each([
+    ["input", "range", ["ArrowLeft", "PageUp", "Home"], ["w", " ", "Enter"]],
+    ["input", "radio", ["ArrowLeft", " "], ["w", "PageUp"]],
+    ["input", "checkbox", [" "], ["w", "ArrowLeft"]],
+    ["input", "number", ["1", "ArrowUp", "w", " "], []],
+    ["select", "", ["ArrowDown", "1", " "], []],
+    ["summary", "", [" ", "Enter"], ["w", "ArrowLeft"]],
+    ["button", "", [" ", "Enter"], ["w", "ArrowLeft"]],
+    ["canvas", "", [], [" ", "Enter", "w", "ArrowLeft"]],
+  ])("%s %s has some of its own", (element, type, own, others) => {
+    const takes = (key: string) => ownKeys(element, type)?.includes(key) ?? true;
+    expect(own.filter((key) => !takes(key))).toEqual([]);
+    expect(others.filter(takes)).toEqual([]);
+  });
+
   it("switch colouring and wireframe without asking the server", () => {
     press("c")?.run();
     press("w")?.run();
@@ -175,12 +202,27 @@ describe("what the hand does", () => {
     expect(mode({})).toBeUndefined();
     expect(mode({ tool: "stiffer" })).toMatch(/stiffer/);
     expect(mode({ tool: "pin" })).toMatch(/pinned/);
+    expect(mode({ tool: "force", settings: {} as unknown as Settings })).toMatch(/force/);
+    expect(mode({ tool: "force", hello: { capabilities: [] } as unknown as Hello })).toBeUndefined();
     expect(mode({ tool: "pin", pullsByKeys: true })).toMatch(/Arrow keys/);
     expect(mode({ tool: "stiffer", settings: {} as unknown as Settings })).toBeUndefined(); // an older server
     expect(mode({ tool: "pin", settings: {} as unknown as Settings })).toMatch(/pinned/);
     expect(mode({ tool: "pin", hello: { capabilities: [] } as unknown as Hello })).toBeUndefined(); // a recording
     expect(mode({ tool: "pin", scrub: 1 })).toBeUndefined();
     expect(mode({ tool: "pin", link: { status: "connecting" } })).toBeUndefined();
+  });
+});
+
+describe("the cross in the middle", () => {
+  const aims = (patch: Partial<State>) =>
+    aimsAtMiddle({ ...initialState, link: { status: "open" }, hello: {} as Hello, ...patch });
+  it("is there when keys mean what it is on", () => {
+    expect(aims({})).toBe(true);
+    expect(aims({ pointing: true })).toBe(false);
+    expect(aims({ pullsByKeys: true })).toBe(false);
+    expect(aims({ scrub: 1 })).toBe(false);
+    expect(aims({ link: { status: "connecting" } })).toBe(false);
+    expect(aims({ hello: { recording: { frames: 1, start: 0, end: 0 } } as unknown as Hello })).toBe(false);
   });
 });
 

@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
 
+import { cutOf, planeOf } from "../../web/src/cut";
 import type { Hello, Settings, SimulationState } from "../../web/src/messages";
 import { fromFragment, toFragment } from "../../web/src/share";
 import { isRecordingOf, snapshotQuery } from "../../web/src/snapshot";
@@ -19,11 +20,14 @@ const asInTheScene: State = {
     depth: 2,
     tolerance: 0.03,
     gravity: [0, 0, -9.81],
+    order: 2,
+    levels: { min: 0, max: 2 },
+    budget: { tets: null, milliseconds: null },
+    capabilities: ["colouring"],
     rest_box: [0, 0, 0, 2, 4, 6],
   } as unknown as Hello,
   simulation: { speed: 1, tolerance: 0.03, gravity: [0, 0, -9.81] } as unknown as SimulationState,
   settings,
-  initialSettings: settings,
 };
 
 describe("the address", () => {
@@ -61,6 +65,34 @@ describe("the address", () => {
   it("says nothing of levels that only follow the order", () => {
     const linear: State = { ...asInTheScene, settings: { ...settings, order: 1, levels: { min: 0, max: 2 } } };
     expect(toFragment(linear, null)).toBe("scene=bunny%20%26%20co&order=1");
+  });
+
+  it("counts by what the scene says, not by what is so when the page comes", () => {
+    const hello = { ...asInTheScene.hello!, levels: { min: 1, max: 1 }, budget: { tets: 500, milliseconds: null } };
+    // The tree is deeper than the scene goes: its finest level is no choice of anybody.
+    const scene = { ...settings, levels: { min: 1, max: 1 }, budget: hello.budget };
+    expect(toFragment({ ...asInTheScene, hello, settings: scene }, null)).toBe("");
+    const linear = { ...scene, order: 1 };
+    expect(toFragment({ ...asInTheScene, hello, settings: linear }, null)).toBe("scene=bunny%20%26%20co&order=1");
+    const deeper = { ...linear, levels: { min: 1, max: 2 } };
+    expect(toFragment({ ...asInTheScene, hello, settings: deeper }, null)).toContain("&levels=1,2");
+    const damped = { ...scene, damping: { mass: 2, stiffness: 0 }, budget: { tets: null, milliseconds: null } };
+    expect(toFragment({ ...asInTheScene, hello, settings: damped }, null)).toContain("&damping=2,0&budget=,");
+  });
+
+  it("carries a cut only when it is not the scene's", () => {
+    const { hello } = asInTheScene;
+    const view = { ...hello!.view, cut: { point: [0.5, 9, 9], normal: [3, 0, 0] } };
+    const open: State = { ...asInTheScene, hello: { ...hello!, view } };
+    const cut = { axis: 0, at: 0.25, flip: false } as const;
+    expect(toFragment({ ...open, cut }, null)).toBe("");
+    const closed = toFragment(open, null);
+    expect(closed).toContain("cut=none");
+    expect(fromFragment(closed).view).toEqual({ cut: null });
+    // The plane that the server is given for it is the scene's.
+    expect(planeOf(cut, hello!.rest_box)).toEqual({ point: [0.5, 2, 3], normal: [1, 0, 0] });
+    for (const normal of [[1, 1, 0], [0, 0, 0]]) expect(cutOf({ ...view.cut, normal }, hello!.rest_box)).toBeNull(); // prettier-ignore
+    expect(cutOf({ ...view.cut, point: [-1, 0, 0] }, hello!.rest_box)).toBeNull();
   });
 
   it.each(["", "#", "#colour=nonsense&cut=q,2&levels=1&camera=1,2&gravity=a,b,c&tolerance=x&explode=", "#%E0%A4%A"])(

@@ -42,6 +42,24 @@ describe("History", () => {
     expect(history.length).toBe(1);
   });
 
+  it("keeps no more bytes than it may, and counts a topology once for all moments that have it", () => {
+    const bytes = frame(1).byteLength;
+    const large = (): Topology => ({ ...front, edges: new Uint32Array(2500) }); // 10 kB
+    const history = new History(25_000 + 5 * bytes);
+    const [first, second, third] = [large(), large(), large()];
+    [first, first, first, second].forEach((topology, i) => history.push(frameAt(i), topology, i));
+    expect(history.times).toEqual([0, 1, 2, 3]);
+    history.push(frameAt(4), third, 4); // room for two of them: the oldest goes when its last moment has gone
+    expect(history.times).toEqual([3, 4]);
+    history.push(frameAt(4), third, 5); // the same moment again
+    history.push(frameAt(5), third, 6);
+    history.push(frameAt(6), third, 7);
+    expect(history.times).toEqual([3, 4, 5, 6]);
+    history.push(frameAt(0), first, 8); // a reset
+    history.push(frameAt(1), second, 9);
+    expect(history.times).toEqual([0, 1]);
+  });
+
   it("keeps the newer of two frames of one moment", () => {
     const history = filled(3);
     const again = frameAt(0.2);

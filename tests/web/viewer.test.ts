@@ -1,10 +1,15 @@
+import * as THREE from "three";
 import { describe, expect, it } from "vitest";
 
+import type { Command, Hello, Pin, Settings, Vec3 } from "../../web/src/messages";
 import { decodeBinary } from "../../web/src/protocol";
 import type { Frame } from "../../web/src/protocol";
+import { initialState, Store } from "../../web/src/store";
+import { heldPlaces } from "../../web/src/viewer/annotations";
 import { Motion } from "../../web/src/viewer/motion";
 import { computeNormals } from "../../web/src/viewer/normals";
 import { pick, surfacePoint } from "../../web/src/viewer/pick";
+import { PinHand } from "../../web/src/viewer/pins";
 import { SceneForces } from "../../web/src/viewer/scene_forces";
 import { niceStep } from "../../web/src/viewer/stage";
 import { frame } from "./bytes";
@@ -26,6 +31,44 @@ describe("a scene's force", () => {
     expect(forces.at(new Float32Array(3))).toEqual([]); // of a smaller surface, before its own state comes
     forces.set([], moved);
     expect(forces.at(moved)).toEqual([]);
+  });
+});
+
+describe("a pin", () => {
+  const at = (triangle: number, corner: 0 | 1 | 2, radius: number, pinned = true): Pin => ({
+    ...{ triangle, radius, pinned },
+    barycentric: [0, 1, 2].map((i) => Number(i === corner)) as unknown as Vec3,
+  });
+  const surface = { positions: corners, triangles: faces };
+  const origin = at(0, 0, 0.1);
+
+  it("is marked where nothing said later lets it go", () => {
+    expect(heldPlaces([origin, at(0, 2, 0.1)], surface)).toEqual([[0, 0, 0], [1, 0, 0]]); // prettier-ignore
+    expect(heldPlaces([origin, at(0, 2, 1.5, false)], surface)).toEqual([]);
+    expect(heldPlaces([at(0, 2, 1.5, false), origin], surface)).toEqual([[0, 0, 0]]);
+    expect(heldPlaces([at(9, 0, 0.1)], surface)).toEqual([]); // of a larger surface
+  });
+
+  it("is let go as a whole, by what was said of it last", () => {
+    const hello = { rest_box: [0, 0, 0, 1, 1, 1], capabilities: ["edit"] } as unknown as Hello;
+    const pins = [at(0, 2, 0.1), origin];
+    const settings = { pins } as unknown as Settings;
+    const store = new Store({ ...initialState, link: { status: "open" }, hello, settings });
+    const sent: Command[] = [];
+    let point: Vec3 = [0.05, 0, 0];
+    const hand = new PinHand(store, {
+      pick: () => ({ triangle: 3, barycentric: [0.2, 0.3, 0.5], point, distance: 1 }),
+      send: (command) => sent.push(command),
+      place: ({ triangle, barycentric }) => surfacePoint(corners, faces, triangle, barycentric),
+    });
+    hand.act(new THREE.Ray());
+    const { triangle, barycentric, radius } = origin;
+    expect(sent.pop()).toEqual({ command: "unpin", triangle, barycentric, radius });
+    point = [0.5, 0.5, 0];
+    hand.act(new THREE.Ray());
+    expect(sent.pop()).toMatchObject({ command: "pin", triangle: 3 });
+    hand.act(new THREE.Ray(), false); // what the scene itself may hold there
+    expect(sent.pop()).toMatchObject({ command: "unpin", triangle: 3 });
   });
 });
 

@@ -1,15 +1,15 @@
 // What a user can do, once: buttons and keys share it.
 
 import type { Command } from "./messages";
-import { COLOURINGS, isField } from "./scale";
-import { can, isPlaying, speedOf } from "./store";
-import type { State, Store } from "./store";
+import { can, colouringsOf, isPlaying, speedOf } from "./store";
+import type { Store } from "./store";
 import type { CameraRig } from "./viewer/camera";
 import type { Hands } from "./viewer/hands";
 
 /** Simulated seconds per real second that the toolbar offers. */
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4] as const;
 const ORBIT = Math.PI / 24;
+const PAN = 0.025; // of the picture's height
 const REGION_STEP = 1.25;
 
 export interface Actions {
@@ -26,6 +26,7 @@ export interface Actions {
   home(): void;
   orbit(azimuth: number, polar: number): void;
   zoom(factor: number): void;
+  pan(right: number, up: number): void;
   pin(hold?: boolean): void;
   newForce(): void;
   removeForce(): void;
@@ -38,10 +39,6 @@ export interface Actions {
   toggleRecording(): void;
   live(): void;
 }
-
-/** The colourings that this server has values for. */
-export const colourings = (state: Readonly<State>) =>
-  COLOURINGS.filter(({ value }) => !isField(value) || can(state, "colouring"));
 
 export function makeActions(
   store: Store,
@@ -73,7 +70,7 @@ export function makeActions(
       if (next !== undefined) speed(next);
     },
     nextColouring: () => {
-      const offered = colourings(store.get());
+      const offered = colouringsOf(store.get().hello);
       const now = offered.findIndex(({ value }) => value === store.get().colouring);
       store.set({ colouring: offered[(now + 1) % offered.length].value, shape: "surface" });
     },
@@ -84,6 +81,7 @@ export function makeActions(
     home: () => rig.goHome(),
     orbit: (azimuth, polar) => rig.nudge(azimuth * ORBIT, polar * ORBIT),
     zoom: (factor) => rig.nudge(0, 0, factor),
+    pan: (right, up) => rig.pan(right * PAN, up * PAN),
     pin: (hold) => hands.pin(hold),
     newForce: () => hands.newForce(),
     removeForce: () => {

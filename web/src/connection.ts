@@ -4,7 +4,8 @@
 import type { LinkEvent } from "./link";
 import type { Answer, Command, Hello, Refusal, TextMessage } from "./messages";
 import type { BinaryMessage } from "./protocol";
-import type { State, Store } from "./store";
+import { isOpen, viewOf } from "./store";
+import type { Store } from "./store";
 import type { WorkerRequest } from "./worker";
 
 /** A worker, or something that behaves like one. */
@@ -31,6 +32,8 @@ interface Waiting {
 const isLoopback = (host: string): boolean => host === "localhost" || host === "[::1]" || /^127(\.\d+){3}$/.test(host);
 
 export class Connection {
+  /** Nobody sees the page, and it draws nothing. */
+  hidden = false;
   private nextId = 1;
   private remote = false; // the server is on another machine
   private readonly unanswered = new Map<number, Waiting>();
@@ -48,10 +51,12 @@ export class Connection {
     this.port.postMessage(url === undefined ? { kind: "connect" } : { kind: "connect", url });
   }
 
-  /** Without a connection nothing is sent and the user is told. */
+  /** Without a connection nothing is sent and the user is told. Nor before the hello: what was known may not be so any more. */
   send(command: Command, answer?: (answer: Answer | null) => void): void {
-    if (this.store.get().link.status !== "open") {
-      this.events.refused(command, "there is no connection to the server");
+    const state = this.store.get();
+    if (!isOpen(state)) {
+      const connected = state.link.status === "open";
+      this.events.refused(command, connected ? "the server is not ready yet" : "there is no connection to the server");
       answer?.(null);
       return;
     }
@@ -65,13 +70,18 @@ export class Connection {
     return new Promise((resolve) => this.send(command, resolve));
   }
 
+  /** This frame and all before it are on the screen. */
+  drawn(sequence: number): void {
+    this.port.postMessage({ kind: "drawn", sequence });
+  }
+
   private receive(event: LinkEvent): void {
     if (event.kind === "link") {
       this.forgetCommands();
-      this.events.interrupted();
       // Until the new hello, nothing is known about the other side; the old hello stays as long as its picture does.
-      const unknown: Partial<State> = { simulation: null, progress: null, settings: null, recording: null };
-      this.store.set({ link: event.link, linkReport: null, ...(event.link.status === "open" ? {} : unknown) });
+      const unknown = { simulation: null, progress: null, settings: null, recording: null, linkReport: null };
+      this.store.set({ link: event.link, stale: this.store.get().hello !== null, ...unknown });
+      this.events.interrupted();
     } else if (event.kind === "binary") {
       if (event.dropped) this.store.set({ framesDropped: this.store.get().framesDropped + event.dropped });
       this.events.binary(event.message);
@@ -96,13 +106,14 @@ export class Connection {
         this.store.set({ simulation: message });
         break;
       case "settings":
-        this.store.set({ settings: message, initialSettings: this.store.get().initialSettings ?? message });
+        this.store.set({ settings: message });
         break;
       case "recording":
         this.store.set({ recording: message });
         break;
       case "link":
-        this.store.set({ linkReport: message });
+        // What was not sent to a page that draws nothing says nothing about the network.
+        this.store.set({ linkReport: this.hidden ? null : message });
         break;
       case "log":
         this.events.told(message.message);
@@ -122,22 +133,23 @@ export class Connection {
   }
 
   private welcome(hello: Hello): void {
-    // On one machine bytes are cheaper than the time to unpack them.
-    if (this.remote && hello.capabilities?.includes("compress")) this.send({ command: "compression", value: true });
     const { hello: last } = this.store.get();
     const other = last?.scene.name !== hello.scene.name;
     if (last && other) this.events.interrupted();
+    const { colouring, wireframe, cut } = viewOf(hello);
     this.store.set({
       hello,
+      stale: false,
       simulation: null,
       progress: null,
       settings: null,
-      initialSettings: null,
       selectedForce: null,
       scrub: null,
       // What the user chose for this scene survives a reconnection.
-      ...(other ? { colouring: hello.view.colouring, wireframe: hello.view.wireframe, cut: null, tool: null } : {}),
+      ...(other ? { colouring, wireframe, cut, tool: null } : {}),
     });
+    // On one machine bytes are cheaper than the time to unpack them.
+    if (this.remote && hello.capabilities?.includes("compress")) this.send({ command: "compression", value: true });
   }
 
   private refuse(error: Refusal): void {

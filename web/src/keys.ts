@@ -26,6 +26,8 @@ const WAYS: Record<string, [number, number, number]> = {
   arrowup: [0, 1, 0],
   arrowdown: [0, -1, 0],
 };
+// Where they are on a number block.
+const PANS: Record<string, [number, number]> = { 4: [-1, 0], 6: [1, 0], 8: [0, 1], 2: [0, -1] };
 const DEPTHS: Record<string, number> = { pageup: 1, pagedown: -1 };
 
 export function bindings(actions: Actions, page: PageActions): Binding[] {
@@ -83,26 +85,18 @@ export function bindings(actions: Actions, page: PageActions): Binding[] {
     { keys: ["shift+arrowdown"], label: "Shift ↓", what: "Orbit down", run: () => actions.orbit(0, 1) },
     { keys: ["pageup"], label: "Page up", what: "Nearer", run: () => actions.zoom(1 / 1.15) },
     { keys: ["pagedown"], label: "Page down", what: "Farther", run: () => actions.zoom(1.15) },
+    {
+      keys: Object.keys(PANS),
+      label: "4 6 8 2",
+      what: "Move the view; without a pointer keys mean its middle",
+      run: (key) => actions.pan(...PANS[key]),
+    },
     { keys: ["?", "h"], label: "?", what: "This sheet", run: page.help },
   ];
 }
 
 /** Keys that act again while they are held. */
-const REPEATS = [
-  "arrowleft",
-  "arrowright",
-  "arrowup",
-  "arrowdown",
-  "pageup",
-  "pagedown",
-  "+",
-  "=",
-  "-",
-  "[",
-  "]",
-  ",",
-  ".",
-];
+const REPEATS = [...Object.keys(WAYS), ...Object.keys(DEPTHS), ...Object.keys(PANS), "+", "=", "-", "[", "]", ",", "."];
 
 /** The hands' part of the help sheet. */
 export const GESTURES = [
@@ -111,6 +105,7 @@ export const GESTURES = [
   ["Drag beside it, or right drag", "Orbit"],
   ["Wheel, or two fingers", "Zoom"],
   ["Middle drag, or two fingers", "Move the view"],
+  ["Pin, Force, Stiffer, Softer in the panel", "A tap on the object does that, without keys"],
   ["Double-click", "Look at that point; beside the object: the whole"],
 ] as const;
 
@@ -129,21 +124,58 @@ export function findBinding(
   return (pulling ? find(key, true) : undefined) ?? find(key);
 }
 
-/** Keys typed into a field, or that press the focused button, are not shortcuts. */
+const PRESS = [" ", "Enter"];
+const ARROWS = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"];
+
+/** Of an element that has the focus, and of inputs their type: the keys that it takes for itself; null: all. */
+export function ownKeys(element: string, type: string): readonly string[] | null {
+  switch (element) {
+    case "select":
+    case "textarea":
+      return null;
+    case "button":
+    case "a":
+    case "summary":
+      return PRESS;
+    case "input":
+      if (type === "range") return [...ARROWS, "PageUp", "PageDown", "Home", "End"];
+      return type === "radio" ? [...ARROWS, " "] : type === "checkbox" ? [" "] : null;
+    default:
+      return [];
+  }
+}
+
+/** Keys typed into a field, or that press what has the focus, are not shortcuts. */
 export function isTyping(target: EventTarget | null, key: string): boolean {
   if (!(target instanceof HTMLElement)) return false;
   if (target.closest("dialog")) return true;
-  if (target instanceof HTMLInputElement)
-    return target.type !== "radio" && target.type !== "checkbox" ? true : key === " " || key.startsWith("Arrow");
-  if (target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement) return true;
-  return (
-    (target instanceof HTMLButtonElement || target instanceof HTMLAnchorElement) && (key === " " || key === "Enter")
+  const own = ownKeys(target.localName, target instanceof HTMLInputElement ? target.type : "");
+  return own === null || own.includes(key);
+}
+
+/** What was used with the pointer gives the focus back, or it would take the next keys for itself; a field that is typed into keeps it. */
+export function leaveToShortcuts(parent: HTMLElement): void {
+  const blur = (target: EventTarget | null, which: string) => {
+    if (target instanceof Element) target.closest<HTMLElement>(which)?.blur();
+  };
+  let pointed = false; // the last thing done there
+  parent.addEventListener("pointerdown", () => (pointed = true));
+  parent.addEventListener("click", ({ detail, target }) => detail > 0 && blur(target, "button, summary, [type=range]"));
+  // Of a slider that was dragged, and of a choice.
+  parent.addEventListener(
+    "change",
+    ({ target }) => pointed && blur(target, "select, [type=range], [type=radio], [type=checkbox]"),
   );
+  // Of a list that was opened and closed again: while it is open, keys do not come here.
+  parent.addEventListener("keydown", ({ target }) => {
+    if (pointed) blur(target, "select");
+    pointed = false;
+  });
 }
 
 export function listen(table: readonly Binding[], pulling: () => boolean): void {
   document.addEventListener("keydown", (event) => {
-    if (isTyping(event.target, event.key)) return;
+    if (isTyping(document.activeElement, event.key)) return;
     const binding = findBinding(table, event, pulling());
     if (!binding || (event.repeat && !REPEATS.includes(event.key.toLowerCase()))) return;
     event.preventDefault();

@@ -1,15 +1,15 @@
 // Puts the parts together: worker <-> connection -> store -> viewer and page.
 
+import { shareByAddress } from "./address";
 import { Connection } from "./connection";
 import type { Colouring, Command } from "./messages";
 import { buildPage } from "./page";
 import { byId } from "./panels/dom";
 import { Toasts } from "./panels/toasts";
 import type { BinaryMessage } from "./protocol";
-import { fromFragment, toFragment } from "./share";
 import { isField } from "./scale";
 import { worker } from "./socket";
-import { can, initialState, isOpen, Store } from "./store";
+import { can, initialState, Store } from "./store";
 import { followTheme } from "./theme";
 import { Viewer } from "./viewer/viewer";
 
@@ -56,18 +56,33 @@ function tryViewer(): Viewer | null {
 }
 
 function start(viewer: Viewer): void {
-  worker.onerror = (event) => toasts.show(`The connection's worker failed: ${event.message}`);
+  worker.onerror = ({ message }: Partial<ErrorEvent>) => {
+    if (message) toasts.show(`The connection's worker failed: ${message}`);
+  };
   connection = new Connection(worker, store, {
     binary: (message: BinaryMessage) => viewer.receive(message),
     refused: (command, message) => {
       if (command?.command === "stiffness_scale") viewer.hands.partEdits.forget();
       if (command?.command === "pull_begin" || command?.command === "pull_move") viewer.hands.pull.drop();
+      if (command?.command === "colouring" && command.value === store.get().colouring)
+        store.set({ colouring: "level" });
+      store.set({ refusals: store.get().refusals + 1 });
       toasts.show(command ? `${nameOf(command)}: ${message}` : message);
     },
     interrupted: () => viewer.interrupted(),
     told: (message) => toasts.show(message, "info"),
   });
   const link = connection;
+  viewer.drawn = (sequence) => link.drawn(sequence);
+  const look = () => (link.hidden = document.hidden);
+  document.addEventListener("visibilitychange", look);
+  look();
+  addEventListener("online", () => {
+    if (store.get().link.status === "waiting") link.connect();
+  });
+  canvas.addEventListener("webglcontextlost", () =>
+    toasts.show("The picture was lost; it comes back as soon as the browser can draw again"),
+  );
   const address = new URL("ws", document.baseURI);
   address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
   link.connect(address.href);
@@ -80,8 +95,12 @@ function start(viewer: Viewer): void {
     request: (command) => link.request(command),
     retry: () => link.connect(),
   });
-  shareByAddress(viewer);
-
+  viewer.cameraMoved = shareByAddress({
+    store,
+    rig: viewer.rig,
+    send,
+    tell: (message) => toasts.show(message, "info"),
+  });
   askForValues();
 
   // For the browser's console and the tests: what is shown now, read-only.
@@ -115,31 +134,4 @@ function askForValues(): void {
   );
   store.watch((s) => s.colouring, ask);
   store.watch((s) => can(s, "colouring"), ask);
-}
-
-function shareByAddress(viewer: Viewer): void {
-  const shared = fromFragment(location.hash);
-  let taken = false;
-  // Once, when the first scene is there; commands that the scene does not take are refused with a message.
-  store.watch(isOpen, (open) => {
-    const { hello } = store.get();
-    if (!open || !hello || taken) return;
-    taken = true;
-    store.set(shared.view);
-    if (shared.scene !== hello.scene.name) return;
-    if (shared.camera) viewer.rig.place(shared.camera.eye, shared.camera.target);
-    shared.commands.forEach(send);
-  });
-  let timer: ReturnType<typeof setTimeout> | undefined;
-  const write = () => {
-    timer = undefined;
-    if (!taken || !isOpen(store.get())) return;
-    const fragment = toFragment(store.get(), viewer.rig.moved);
-    const wanted = location.pathname + location.search + (fragment ? `#${fragment}` : "");
-    if (wanted !== location.pathname + location.search + location.hash) history.replaceState(null, "", wanted);
-  };
-  const soon = () => (timer ??= setTimeout(write, 500));
-  store.watch((s) => s, soon);
-  canvas.addEventListener("pointerup", soon);
-  canvas.addEventListener("wheel", soon, { passive: true });
 }

@@ -19,6 +19,12 @@ export class ProtocolError extends Error {
 
 export type Capability = "acknowledge" | "colouring" | "compress" | "edit" | "load" | "record" | "save";
 
+/** What lies on the side of the normal is hidden. */
+export interface CutPlane {
+  point: readonly number[]; // [m] at rest
+  normal: readonly number[]; // of any length
+}
+
 export interface Hello {
   type: "hello";
   protocol: number;
@@ -34,16 +40,27 @@ export interface Hello {
     field_of_view: number /* degrees, vertical */;
     colouring: Colouring;
     wireframe: boolean;
+    cut?: CutPlane;
   };
+  // The scene's own: what commands have set since is in "state" and "settings".
   gravity: Vec3; // [m/s²]
   tolerance: number;
   time_step: number; // [s]
   order: number;
+  levels?: Levels; // older servers have none; of the tree's, whatever the order
+  budget?: Budget; // older servers have none
   playing: boolean;
   speed: number; // simulated seconds per real second
-  recording?: { frames: number; start: number; end: number } | null; // [s] what plays is a recording
+  recording?: Recorded | null; // what plays is a recording
   limits: { message_bytes: number };
   capabilities?: readonly Capability[];
+}
+
+export interface Recorded {
+  frames: number;
+  start: number; // [s]
+  end: number;
+  colouring?: FieldColouring | "level"; // that its frames have values of; older servers do not say
 }
 
 export interface Phases {
@@ -110,6 +127,12 @@ export interface Levels {
   max: number;
 }
 
+/** For a step; null: no limit. */
+export interface Budget {
+  tets: number | null;
+  milliseconds: number | null;
+}
+
 /** What commands have set and all clients share. */
 export interface Settings {
   type: "settings";
@@ -118,7 +141,7 @@ export interface Settings {
   stiffness_scale: number;
   stiffness_parts?: readonly StiffnessPart[]; // the last word on a place counts; older servers have none
   damping: { mass: number /* 1/s */; stiffness: number /* s */ };
-  budget: { tets: number | null; milliseconds: number | null };
+  budget: Budget;
   forces: readonly Force[];
   pins: readonly Pin[]; // in the order in which they were made
 }

@@ -2,8 +2,9 @@
 
 import { makeActions } from "./actions";
 import { CameraPath } from "./camera_path";
-import { bindings, listen } from "./keys";
+import { bindings, leaveToShortcuts, listen } from "./keys";
 import type { Answer, Command } from "./messages";
+import { aim } from "./panels/aim";
 import { banner, pill } from "./panels/banner";
 import { byId, h, iconButton } from "./panels/dom";
 import { group, toggle } from "./panels/fields";
@@ -18,8 +19,8 @@ import { status } from "./panels/status";
 import type { Toasts } from "./panels/toasts";
 import { toolbar } from "./panels/toolbar";
 import { view } from "./panels/view";
-import { download, exportQuery, fetchSnapshot, snapshotQuery } from "./snapshot";
-import { can } from "./store";
+import { download, exportQuery, fetchSnapshot, serverDraws, snapshotQuery } from "./snapshot";
+import { can, isOpen } from "./store";
 import type { Store } from "./store";
 import type { Viewer } from "./viewer/viewer";
 
@@ -39,6 +40,7 @@ export function buildPage(parts: PageParts): void {
   const scenes = sceneSheet(store, request);
   const path = followCamera(store, viewer);
   const recordings = recordingSheet(
+    store,
     request,
     (name) => exportQuery(store.get(), viewer.framing, name, path.keyframes(name)),
     (message) => parts.toasts.show(message),
@@ -71,6 +73,7 @@ export function buildPage(parts: PageParts): void {
     keeping(store, keep.snapshot, recordings.open),
   );
   byId("chrome").append(
+    aim(store),
     heading(store, scenes.open),
     banner(store, { retry: parts.retry, reload: () => location.reload(), reset: actions.reset, done: actions.putDown }),
     h(
@@ -89,20 +92,18 @@ export function buildPage(parts: PageParts): void {
     bar,
   );
   document.body.append(help.element, scenes.element, recordings.element);
-  store.watch(
-    (s) => s.link.status === "open",
-    (open) => canvas.classList.toggle("stale", !open),
-  );
-  viewer.hands.missed = () => parts.toasts.show("The object is not under the pointer", "info");
+  store.watch(isOpen, (open) => canvas.classList.toggle("stale", !open));
+  viewer.hands.missed = () =>
+    parts.toasts.show(
+      store.get().pointing ? "The object is not under the pointer" : "The object is not in the middle of the picture",
+      "info",
+    );
   // A tool is used on the picture, which a narrow window hides behind the panel.
   store.watch(
     (s) => s.tool,
     (tool) => tool && !isWide() && docks.panel.show(false),
   );
-  // A button that was clicked would take the next Space for itself.
-  byId("chrome").addEventListener("click", (event) => {
-    if (event.detail > 0) (event.target as Element).closest("button")?.blur();
-  });
+  leaveToShortcuts(byId("chrome"));
 }
 
 /** Where the camera is while this page sees a recording grow. */
@@ -118,6 +119,7 @@ function followCamera(store: Store, viewer: Viewer): CameraPath {
 }
 
 const isWide = () => innerWidth >= 860; // as in narrow.css
+const BARS = { top: 58, bottom: 66 }; // [px] heights of the rows of cards with their margins
 const DOCK = 284; // [px] width of a dock with its margin
 
 /** The legend stands above the toolbar where both do not fit into a row. Returns what looks again, after the toolbar was moved. */
@@ -137,10 +139,11 @@ function docking(viewer: Viewer, panel: HTMLElement, plotCard: HTMLElement, move
   const cover = () => {
     const left = isWide() && !plotCard.hidden ? DOCK : 0;
     const right = isWide() && !panel.hidden ? DOCK : 0;
-    viewer.cover({ top: 58, bottom: 66, left, right });
+    viewer.cover({ ...BARS, left, right });
     // What is in the middle is in the middle of what is free.
     const { style } = document.documentElement;
     style.setProperty("--middle", `calc(50% + ${(left - right) / 2}px)`);
+    style.setProperty("--centre", `calc(50% + ${(BARS.top - BARS.bottom) / 2}px)`);
     style.setProperty("--docks", `${left + right}px`);
     moved();
   };
@@ -219,12 +222,15 @@ function keeping(store: Store, snapshot: (source: "server" | "canvas") => void, 
 async function takePicture({ store, viewer, toasts }: PageParts, source: "server" | "canvas"): Promise<void> {
   const state = store.get();
   if (!state.hello) return;
-  const name = `${state.hello.scene.name}-${(state.simulation?.time ?? 0).toFixed(2)}s.png`;
+  const byServer = source === "server" && serverDraws(state);
+  const time = byServer ? state.simulation?.time : viewer.frame?.time;
+  const name = `${state.hello.scene.name}-${(time ?? 0).toFixed(2)}s.png`;
   try {
-    const blob =
-      source === "server" ? await fetchSnapshot(snapshotQuery(state, viewer.framing)) : await viewer.toBlob();
+    const blob = byServer ? await fetchSnapshot(snapshotQuery(state, viewer.framing)) : await viewer.toBlob();
     if (!blob) throw new Error("the canvas gave no picture");
     download(blob, name);
+    if (source === "server" && !byServer)
+      toasts.show("Drawn by this page: the server draws only the surface, and only the present", "info");
   } catch (error) {
     toasts.show(`Picture: ${error instanceof Error ? error.message : String(error)}`);
   }

@@ -3,43 +3,42 @@
 //
 //     http://127.0.0.1:8080/#scene=bunny&colour=stress&cut=x,0.4&tolerance=0.01
 //
-// The simulation's values are taken over once, when the page is opened, and only for the scene that they were made for.
+// It is taken over when the page is opened or the address changed, and only for the scene that it was made for: address.ts.
 
-import { wantedLevels } from "./levels";
-import type { Command, Vec3 } from "./messages";
+import { areScenes, wantedLevels } from "./levels";
+import type { Budget, Command, Vec3 } from "./messages";
 import { COLOURINGS } from "./scale";
-import { initialView } from "./store";
+import { viewOf } from "./store";
 import type { Cut, State, View } from "./store";
+
+const NO_CUT = "none"; // of a scene that has one
 
 /** What differs from the scene, as a fragment without its "#". */
 export function toFragment(state: Readonly<State>, camera: readonly number[] | null): string {
-  const { hello, simulation, settings, initialSettings: first } = state;
+  const { hello, simulation, settings } = state;
   const out = new URLSearchParams();
   const put = (key: string, value: string | number | null | undefined, usual: unknown) => {
     if (value !== null && value !== undefined && value !== usual) out.set(key, String(value));
   };
   if (!hello) return "";
-  put("colour", state.colouring, hello.view.colouring);
-  put("wire", state.wireframe ? 1 : 0, hello.view.wireframe ? 1 : 0);
-  put("shape", state.shape, initialView.shape);
+  const scene = viewOf(hello);
+  put("colour", state.colouring, scene.colouring);
+  put("wire", state.wireframe ? 1 : 0, scene.wireframe ? 1 : 0);
+  put("shape", state.shape, scene.shape);
   put("explode", round(state.explode), 0);
-  if (state.cut) put("cut", `${"xyz"[state.cut.axis]},${round(state.cut.at)}${state.cut.flip ? ",flip" : ""}`, "");
+  put("cut", cutText(state.cut), cutText(scene.cut));
   if (camera) put("camera", camera.map(round).join(), "");
   put("speed", simulation?.speed, 1);
   put("tolerance", simulation?.tolerance, hello.tolerance);
   put("gravity", simulation?.gravity.join(), hello.gravity.join());
   put("stiffness", settings?.stiffness_scale, 1);
-  put("order", settings?.order, first?.order);
-  const levels = (from: typeof settings) => {
-    const wanted = from && wantedLevels(hello, from);
-    return wanted && `${wanted.min},${wanted.max}`;
-  };
-  put("levels", levels(settings), levels(first));
-  if (settings && first) {
-    const damping = ({ damping: { mass, stiffness } }: typeof settings) => `${mass},${stiffness}`;
-    put("damping", damping(settings), damping(first));
-    const budget = ({ budget: { tets, milliseconds } }: typeof settings) => `${tets ?? ""},${milliseconds ?? ""}`;
-    put("budget", budget(settings), budget(first));
+  put("order", settings?.order, hello.order);
+  const levels = settings && !areScenes(hello, settings) && wantedLevels(hello, settings);
+  if (levels) put("levels", `${levels.min},${levels.max}`, "");
+  if (settings) {
+    const { mass, stiffness } = settings.damping;
+    put("damping", `${mass},${stiffness}`, "0,0");
+    put("budget", budgetText(settings.budget), budgetText(hello.budget));
   }
   if (out.size === 0) return "";
   return `scene=${encodeURIComponent(hello.scene.name)}&${out.toString().replace(/%2C/g, ",")}`;
@@ -68,7 +67,7 @@ export function fromFragment(fragment: string): Shared {
   const explode = number("explode");
   if (explode !== undefined) view.explode = Math.min(1, Math.max(0, explode));
   const cut = parseCut(query.get("cut"));
-  if (cut) view.cut = cut;
+  if (cut || query.get("cut") === NO_CUT) view.cut = cut;
 
   const commands: Command[] = [];
   const set = (command: "speed" | "tolerance" | "order", key: string) => {
@@ -112,5 +111,10 @@ function parseCut(text: string | null): Cut | null {
   if (!(at >= 0 && at <= 1)) return null;
   return { axis: "xyz".indexOf(match[1]) as Cut["axis"], at, flip: match[3] !== undefined };
 }
+
+const cutText = (cut: Cut | null): string =>
+  cut ? `${"xyz"[cut.axis]},${round(cut.at)}${cut.flip ? ",flip" : ""}` : NO_CUT;
+
+const budgetText = (budget?: Budget): string => `${budget?.tets ?? ""},${budget?.milliseconds ?? ""}`;
 
 const round = (x: number): number => Number(x.toPrecision(4));

@@ -2,8 +2,8 @@
 // server's pictures show what the panels leave free of the page's, so both have the object at the same place.
 
 import type { CameraKey } from "./camera_path";
-import type { Vec3 } from "./messages";
-import { shownColouring } from "./store";
+import { planeOf } from "./cut";
+import type { CutPlane, Vec3 } from "./messages";
 import type { State } from "./store";
 import type { Covered } from "./viewer/camera";
 
@@ -16,10 +16,13 @@ export interface Framing {
   covered: Covered;
 }
 
+/** Whether the server can draw what is shown: it knows the present only, and no solid tets. */
+export const serverDraws = ({ shape, scrub }: Readonly<State>): boolean => shape === "surface" && scrub === null;
+
 /** The query of /snapshot.png. */
 export function snapshotQuery(state: Readonly<State>, framing: Framing): string {
   const background = state.transparent ? "transparent" : state.dark ? "dark" : "light";
-  return query(framing, { ...viewOf(state, framing), colouring: shownColouring(state), background });
+  return query(framing, { ...viewOf(state, framing), colouring: state.colouring, background });
 }
 
 /** The query of a recording's pictures and of its video. Colours are those that were recorded; the camera is the page's, moved as while
@@ -55,8 +58,14 @@ function viewOf(state: Readonly<State>, { eye, target, covered, height, field_of
     target,
     field_of_view: Math.min(120, Math.max(5, (2 * Math.atan(half) * 180) / Math.PI)),
     wireframe: state.wireframe,
-    ...(state.cut && state.hello ? { cut: cutOf(state.cut, state.hello.rest_box) } : {}),
+    ...cutFor(state),
   };
+}
+
+/** What a query does not say is as in the scene: its cut is undone by one that lies far beside the object. */
+function cutFor({ cut, hello }: Readonly<State>): { cut?: CutPlane } {
+  if (cut && hello) return { cut: planeOf(cut, hello.rest_box) };
+  return hello?.view.cut ? { cut: { point: [1e6, 0, 0], normal: [1, 0, 0] } } : {};
 }
 
 function query({ width, height, covered }: Framing, view: object): string {
@@ -66,12 +75,6 @@ function query({ width, height, covered }: Framing, view: object): string {
     h: side(height - covered.top - covered.bottom),
     view: JSON.stringify(view),
   }).toString();
-}
-
-function cutOf({ axis, at, flip }: NonNullable<State["cut"]>, box: readonly number[]) {
-  const point = [0, 1, 2].map((i) => 0.5 * (box[i] + box[3 + i]));
-  point[axis] = box[axis] + at * (box[3 + axis] - box[axis]);
-  return { point, normal: [0, 1, 2].map((i) => (i === axis ? (flip ? -1 : 1) : 0)) };
 }
 
 /** Throws an Error with one readable line. */

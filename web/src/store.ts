@@ -3,6 +3,7 @@
 //     store.watch((s) => s.simulation?.playing, (playing) => button.update(playing));
 //     store.set({ wireframe: true });
 
+import { cutOf } from "./cut";
 import type { LinkState } from "./link";
 import type {
   Capability,
@@ -15,11 +16,11 @@ import type {
   Settings,
   SimulationState,
 } from "./messages";
-import { isField, makeScale } from "./scale";
+import { COLOURINGS, isField, makeScale } from "./scale";
 import type { Scale } from "./scale";
 
 /** What a tap on the object does instead of pulling it. */
-export type Tool = "stiffer" | "softer" | "pin";
+export type Tool = "stiffer" | "softer" | "pin" | "force";
 export type Shape = "surface" | "tets";
 
 /** A plane that hides what is beyond it, and how far it is through the object. */
@@ -40,18 +41,20 @@ export interface View {
 
 export interface State extends View {
   link: LinkState;
-  hello: Hello | null; // of the current connection; kept while reconnecting, so that the last picture stays
+  hello: Hello | null; // what the picture is of; kept while reconnecting, so that the last one stays
+  stale: boolean; // the hello is that of an earlier connection
   simulation: SimulationState | null;
   settings: Settings | null;
-  initialSettings: Settings | null; // the first after a hello: what "reset" goes back to
   recording: RecordingState | null;
   linkReport: LinkReport | null;
   progress: Progress | null; // a model is being built
   dark: boolean;
   framesDropped: number; // by this page, since it was loaded
-  fieldRange: { field: FieldColouring; high: number } | null; // where the colours end
+  fieldRange: { field: FieldColouring; high: number } | null; // of the shown frame's values, and where the colours end
   selectedForce: number | null;
   tool: Tool | null;
+  pointing: boolean; // a pointer is over the picture: keys mean what is under it
+  refusals: number; // of commands, since the page was loaded: what a control holds may not be so
   regionSize: number; // [% of the object's diagonal] radius of what is pinned or made stiffer
   pullsByKeys: boolean; // a pull is held whose hand the arrow keys move
   scrub: number | null; // [s] simulated time of a past moment that is shown; null: live
@@ -64,9 +67,9 @@ export const initialState: State = {
   ...initialView,
   link: { status: "connecting" },
   hello: null,
+  stale: false,
   simulation: null,
   settings: null,
-  initialSettings: null,
   recording: null,
   linkReport: null,
   progress: null,
@@ -75,6 +78,8 @@ export const initialState: State = {
   fieldRange: null,
   selectedForce: null,
   tool: null,
+  pointing: false,
+  refusals: 0,
   regionSize: 7.5,
   pullsByKeys: false,
   scrub: null,
@@ -109,7 +114,9 @@ export class Store {
   }
 }
 
-export const isOpen = (state: Readonly<State>): boolean => state.link.status === "open" && state.hello !== null;
+/** Commands may be sent: the server has said what they are about. */
+export const isOpen = ({ link, hello, stale }: Readonly<State>): boolean =>
+  link.status === "open" && hello !== null && !stale;
 export const isPlaying = (state: Readonly<State>): boolean =>
   state.simulation?.playing ?? state.hello?.playing ?? false;
 /** Something is wrong that a reset mends: the simulation has failed, or warns of a step that has not converged. */
@@ -124,14 +131,30 @@ export const canScaleParts = (state: Readonly<State>): boolean =>
   can(state, "edit") && state.settings?.stiffness_parts !== undefined;
 /** The tool in the hand, when it can do something now. */
 export const toolOf = (state: Readonly<State>): Tool | null => {
-  const able = state.tool === "pin" ? can(state, "edit") : canScaleParts(state);
+  const scales = state.tool === "stiffer" || state.tool === "softer";
+  const able = scales ? canScaleParts(state) : can(state, "edit");
   return able && state.scrub === null ? state.tool : null;
 };
 /** Solid tets show their levels whatever the surface would show. */
-export const shownColouring = (state: Readonly<State>): Colouring =>
-  state.shape === "tets" ? "level" : state.colouring;
+const shownColouring = (state: Readonly<State>): Colouring => (state.shape === "tets" ? "level" : state.colouring);
 
-/** Null for levels, and for a field of which no values have come yet. */
+/** The colourings that this server has values for: of a recording, those that were recorded. */
+export function colouringsOf(hello: Hello | null): typeof COLOURINGS {
+  const recorded = hello?.recording?.colouring;
+  const hasValues = hello?.capabilities?.includes("colouring") ?? false;
+  return COLOURINGS.filter(
+    ({ value }) => !isField(value) || (hasValues && (recorded === undefined || recorded === value)),
+  );
+}
+/** What a scene wants to be seen of it at first; its colouring, if there are values for it. */
+export function viewOf(hello: Hello): View {
+  const { colouring, wireframe, cut } = hello.view;
+  const offered = colouringsOf(hello).some(({ value }) => value === colouring);
+  return { ...initialView, colouring: offered ? colouring : "level", wireframe, cut: cutOf(cut, hello.rest_box) };
+}
+
+/** By what the surface is coloured, and what the legend says. Null: by level, as the user wants it or because the shown frame
+ * has no values of the wanted field: they have not come yet, or nobody asked for them at that moment of the past. */
 export function scaleOf(state: Readonly<State>): Scale | null {
   const { hello, fieldRange } = state;
   const colouring = shownColouring(state);

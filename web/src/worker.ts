@@ -6,6 +6,7 @@ import type { Command } from "./messages";
 export type WorkerRequest =
   | { kind: "connect"; url?: string } // the first one carries the address
   | { kind: "ready" }
+  | { kind: "drawn"; sequence: number }
   | { kind: "command"; id: number; command: Command };
 
 let link: Link | undefined;
@@ -19,6 +20,8 @@ self.onmessage = ({ data }: MessageEvent<WorkerRequest>) => {
     link.connect();
   } else if (data.kind === "ready") {
     link?.ready();
+  } else if (data.kind === "drawn") {
+    link?.drawn(data.sequence);
   } else {
     link?.send(data.id, data.command);
   }

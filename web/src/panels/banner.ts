@@ -91,7 +91,14 @@ function linkBanner(state: LinkState, { retry, reload }: BannerActions): HTMLEle
         h(
           "div",
           { className: "card banner warning" },
-          h("span", {}, "No connection to the server. Trying again in ", h("b", { className: "countdown" }), " s"),
+          h(
+            "span",
+            {},
+            state.reason ? `The server says: ${state.reason}. ` : "No connection to the server. ",
+            "Trying again in ",
+            h("b", { className: "countdown" }),
+            " s",
+          ),
           h("button", { type: "button", onclick: retry }, "Try now"),
         ),
       ];
@@ -137,12 +144,12 @@ function tokenForm(retry: () => void): HTMLElement {
 export function pill(store: Store): HTMLElement {
   const element = h("span", { className: "pill" });
   const show = () => {
-    const { link, simulation, hello, progress, scrub } = store.get();
+    const { link, simulation, hello, stale, progress, scrub } = store.get();
     const playing = simulation?.playing ?? hello?.playing;
     const [kind, text] =
       link.status !== "open"
         ? (["off", link.status === "locked" ? "locked" : "offline"] as const)
-        : progress || !hello
+        : progress || stale || !hello
           ? (["busy", "building"] as const)
           : playing
             ? ([scrub === null ? "live" : "paused", scrub === null ? "live" : "looking back"] as const)

@@ -4,6 +4,19 @@ import { isOpen, toolOf } from "../store";
 import type { State, Store, Tool } from "../store";
 import { h, throttle } from "./dom";
 
+/** Calls `show` now, when what it shows changes, and when a command was refused: a control then holds what is not so. */
+export function follow(store: Store, select: (state: Readonly<State>) => unknown, show: () => void): void {
+  store.watch(select, show);
+  let { refusals: seen } = store.get();
+  store.watch(
+    (s) => s.refusals,
+    (refusals) => {
+      if (refusals !== seen) show();
+      seen = refusals;
+    },
+  );
+}
+
 export interface NumberField {
   label: string; // of the row, and with the unit of the input
   unit: string;
@@ -19,13 +32,15 @@ export interface NumberField {
   /** May be left empty. */
   optional?: boolean;
   enabled?: (state: Readonly<State>) => boolean;
+  /** Of this page alone: acts with each move of the slider, and without a server. */
+  local?: true;
   /** A slider over decades, or even steps. */
   slider?: "logarithmic" | "linear";
 }
 
 export function numberRow(store: Store, field: NumberField): HTMLElement {
   const { low, high } = field;
-  const change = throttle(100, field.change);
+  const change = field.local ? field.change : throttle(100, field.change);
   const text = (value: number) => String(Number(value.toPrecision(3)));
   const input = h("input", {
     type: "number",
@@ -49,7 +64,7 @@ export function numberRow(store: Store, field: NumberField): HTMLElement {
     type: "range",
     min: "0",
     max: "1",
-    step: "0.005",
+    step: logarithmic ? "0.005" : "0.01", // values have two digits
     oninput: () => {
       const value = Number(fromSlider(Number(slider.value)).toPrecision(2));
       input.value = text(value);
@@ -68,8 +83,8 @@ export function numberRow(store: Store, field: NumberField): HTMLElement {
     if (typeof value === "number") slider.value = String(toSlider(value));
     reset.hidden = same(value, field.scene(state));
   };
-  store.watch((s) => `${field.now(s)} ${field.scene(s)}`, show);
-  const enabled = field.enabled ?? isOpen;
+  follow(store, (s) => `${field.now(s)} ${field.scene(s)}`, show);
+  const enabled = field.local ? () => true : (field.enabled ?? isOpen);
   store.watch(enabled, (on) => [input, slider, reset].forEach((element) => (element.disabled = !on)));
   return h(
     "div",
@@ -112,7 +127,8 @@ export function segments<T extends string | number>(
   const inputs = choices.map(({ value }) =>
     h("input", { type: "radio", name: label, value: String(value), onchange: () => change(value) }),
   );
-  store.watch(now, (value) => inputs.forEach((input, i) => (input.checked = choices[i].value === value)));
+  const show = () => inputs.forEach((input, i) => (input.checked = choices[i].value === now(store.get())));
+  follow(store, now, show);
   const element = h(
     "div",
     { className: "segments", attributes: { role: "radiogroup", "aria-label": label } },

@@ -5,7 +5,7 @@ import type { Hello } from "../messages";
 import { css, levelColour, mapColour, MAPS } from "../palette";
 import { isField } from "../scale";
 import type { Scale } from "../scale";
-import { scaleOf, shownColouring } from "../store";
+import { scaleOf } from "../store";
 import type { State, Store } from "../store";
 import { h } from "./dom";
 
@@ -17,12 +17,12 @@ export function legend(store: Store, gridSpacing: () => number): HTMLElement {
     element.hidden = hello === null;
     if (!hello) return;
     const scale = scaleOf(state);
+    const missing = scale === null && state.shape === "surface" && isField(state.colouring);
     element.replaceChildren(
-      ...(scale === null && !isField(shownColouring(state))
-        ? levels(hello)
-        : scale
-          ? bar(scale)
-          : [h("h2", {}, "Waiting for values …")]),
+      ...(scale ? bar(scale) : levels(hello)),
+      ...(missing
+        ? [h("p", { className: "scale" }, state.scrub === null ? "Waiting for values …" : "Kept without values")]
+        : []),
       h("p", { className: "scale" }, `Grid ${quantityOfLength(gridSpacing())}`),
     );
     showCounts(state);
@@ -32,7 +32,7 @@ export function legend(store: Store, gridSpacing: () => number): HTMLElement {
       const tets = simulation?.tets_by_level[Number((cell as HTMLElement).dataset["level"])];
       cell.textContent = tets === undefined ? "" : count(tets);
     });
-  for (const part of ["hello", "colouring", "fieldRange", "shape"] as const) store.watch((s) => s[part], show);
+  for (const part of ["hello", "colouring", "fieldRange", "shape", "scrub"] as const) store.watch((s) => s[part], show);
   store.watch(
     (s) => s.simulation?.tets_by_level.join(),
     () => showCounts(store.get()),

@@ -2,6 +2,7 @@
 
 import { bytes } from "../format";
 import type { Answer, Command } from "../messages";
+import { isOpen } from "../store";
 import type { Store } from "../store";
 import { saveWhileMade } from "../save";
 import { h, icon, throttle } from "./dom";
@@ -39,10 +40,17 @@ export function sceneSheet(store: Store, request: Request): Sheet {
       if (name === now) button.setAttribute("aria-current", "true");
       return h("li", {}, button);
     });
-    body.replaceChildren(...(cards.length ? cards : [h("li", { className: "note" }, "The server offers no scenes.")]));
+    body.replaceChildren(...orNote(store, answer, cards, "The server offers no scenes."));
     void showOneByOne(pictures);
   });
   return { element, open };
+}
+
+/** The rows of a list, or why there are none. */
+function orNote(store: Store, answer: Answer | null, rows: readonly Node[], none: string): readonly Node[] {
+  if (rows.length) return rows;
+  const unknown = isOpen(store.get()) ? "The server did not say." : "There is no connection to the server.";
+  return [h("li", { className: "note" }, answer ? none : unknown)];
 }
 
 /** The server draws a picture when it is first asked for; one request at a time leaves the others to the page. */
@@ -60,6 +68,7 @@ async function showOneByOne(pictures: readonly [HTMLImageElement, string][]): Pr
 
 /** query: what the pictures of the recording of this name show. failed: tells of trouble while the sheet is closed. */
 export function recordingSheet(
+  store: Store,
   request: Request,
   query: (name: string) => string,
   failed: (message: string) => void,
@@ -71,7 +80,11 @@ export function recordingSheet(
     failed: (message) => (element.open ? (problem.textContent = message) : failed(message)),
     running: new Map(),
   };
-  const note = h("p", { className: "note" }, "Pictures are drawn as you see the object now, about ten a second.");
+  const note = h(
+    "p",
+    { className: "note" },
+    "Pictures, about ten a second, have the colours of the recording. Those of this scene have your camera, cut and wireframe.",
+  );
   const { element, open } = sheet("Recordings", "recordings", h("div", {}, body, problem, note), async () => {
     body.replaceChildren(h("li", { className: "note" }, "Asking the server …"));
     const answer = await request({ command: "recordings" });
@@ -88,9 +101,7 @@ export function recordingSheet(
       );
     });
     problem.textContent = "";
-    body.replaceChildren(
-      ...(rows.length ? rows : [h("li", { className: "note" }, "None yet: V starts one and ends it.")]),
-    );
+    body.replaceChildren(...orNote(store, answer, rows, "None yet: V starts one and ends it."));
   });
   return { element, open };
 }

@@ -4,24 +4,35 @@ import type { Command, Force, Vec3 } from "../messages";
 import { can } from "../store";
 import type { Store } from "../store";
 import { h, icon } from "./dom";
-import { group, toolButton } from "./fields";
+import { follow, group, toolButton } from "./fields";
+
+interface Row {
+  element: HTMLElement;
+  remove: HTMLButtonElement;
+  show: (force: Force) => void;
+}
+
+const LEAST = 1e-6; // [N] of a force as a whole: none is removed
 
 export function loads(store: Store, send: (command: Command) => void): HTMLElement {
+  const rows = new Map<number, Row>();
   const list = h("ul", { className: "loads" });
   const hint = h("p", { className: "note" });
   const tools = h(
     "div",
     { className: "row wrap" },
     toolButton(store, "pin", "Pin", "A tap on the object pins that part, or lets it go (P)"),
+    toolButton(store, "force", "Force", "A tap on the object puts a force there that stays (N)"),
   );
   const element = group("Forces and pins", true, list, hint, tools);
-  store.watch(
+  follow(
+    store,
     (s) => s.settings,
-    (settings) => {
+    () => {
+      const { settings } = store.get();
       const forces = settings?.forces ?? [];
       const held = settings?.pins.filter(({ pinned }) => pinned).length ?? 0;
-      // A field that is being typed into stays.
-      if (!list.contains(document.activeElement)) list.replaceChildren(...forces.map((force) => row(force)));
+      showRows(forces);
       hint.textContent =
         forces.length + held === 0
           ? "Shift-drag the object, or press N over it, for a force that stays; P pins what is under the pointer."
@@ -43,35 +54,68 @@ export function loads(store: Store, send: (command: Command) => void): HTMLEleme
         .forEach((item) => item.classList.toggle("selected", item.dataset["force"] === String(selected))),
   );
 
-  function row(force: Force): HTMLElement {
-    const name = `Force ${force.force + 1}`;
-    const size = Math.hypot(...force.value);
-    const move = (value: Vec3) => send({ command: "force_move", force: force.force, value });
-    const field = (value: number, label: string, change: (typed: number) => void) => {
+  /** Rows of forces that stay keep the focus, and what is being typed into them. */
+  function showRows(forces: readonly Force[]): void {
+    const active = [...rows.values()].findIndex(({ element }) => element.contains(document.activeElement));
+    for (const [number, { element }] of rows)
+      if (!forces.some(({ force }) => force === number)) {
+        element.remove();
+        rows.delete(number);
+      }
+    for (const force of forces) {
+      const known = rows.get(force.force) ?? row(force);
+      if (!rows.has(force.force)) list.append(known.element);
+      rows.set(force.force, known);
+      known.show(force);
+    }
+    if (active < 0 || list.contains(document.activeElement)) return;
+    const left = [...rows.values()];
+    (left[Math.min(active, left.length - 1)]?.remove ?? element.querySelector("summary"))?.focus();
+  }
+
+  function row(first: Force): Row {
+    let now = first;
+    const name = `Force ${first.force + 1}`;
+    const size = () => Math.hypot(...now.value);
+    const move = (value: Vec3) => send({ command: "force_move", force: now.force, value });
+    const field = (label: string, low: number, read: () => number, change: (typed: number) => void) => {
+      let typing = false;
+      const show = () => {
+        if (!typing) input.value = String(Number(read().toPrecision(3)));
+      };
       const input = h("input", {
         type: "number",
         step: "any",
-        min: "-1e9",
+        min: String(low),
         max: "1e9",
-        // A component that is there by rounding only is none.
-        value: String(Math.abs(value) > 1e-6 * size ? Number(value.toPrecision(3)) : 0),
+        oninput: () => (typing = true),
         onchange: () => {
-          const valid = input.value !== "" && input.reportValidity();
-          const typed = Number(input.value);
-          input.blur(); // the server's answer comes into the list, which stays while one types
-          if (valid) change(typed);
+          typing = false;
+          if (input.value !== "" && input.reportValidity()) change(Number(input.value));
+          else show();
         },
-        onfocus: () => store.set({ selectedForce: force.force }),
+        onblur: () => {
+          if (!typing) return; // and nothing has been changed
+          typing = false;
+          show();
+        },
+        onfocus: () => store.set({ selectedForce: now.force }),
         attributes: { "aria-label": label },
       });
-      return input;
+      return { input, show };
     };
-    const whole = field(size, `${name} in newtons`, (typed) => {
-      if (typed > 0 && size > 0) move(force.value.map((x) => (x * typed) / size) as unknown as Vec3);
+    const whole = field(`${name} in newtons`, LEAST, size, (typed) => {
+      // A force of nothing has no direction that it could grow in.
+      if (size() > 0) move(now.value.map((x) => (x * typed) / size()) as unknown as Vec3);
+      else whole.show();
     });
-    const along = force.value.map((component, i) =>
-      field(component, `${name} along ${"xyz"[i]} in newtons`, (typed) =>
-        move(force.value.map((x, k) => (k === i ? typed : x)) as unknown as Vec3),
+    const along = [0, 1, 2].map((i) =>
+      field(
+        `${name} along ${"xyz"[i]} in newtons`,
+        -1e9,
+        // A component that is there by rounding only is none.
+        () => (Math.abs(now.value[i]) > 1e-6 * size() ? now.value[i] : 0),
+        (typed) => move(now.value.map((x, k) => (k === i ? typed : x)) as unknown as Vec3),
       ),
     );
     const remove = h(
@@ -79,8 +123,8 @@ export function loads(store: Store, send: (command: Command) => void): HTMLEleme
       {
         type: "button",
         className: "icon small",
-        onclick: () => send({ command: "force_remove", force: force.force }),
-        attributes: { "aria-label": `Remove force ${force.force + 1}` },
+        onclick: () => send({ command: "force_remove", force: now.force }),
+        attributes: { "aria-label": `Remove force ${now.force + 1}` },
       },
       icon("close"),
     );
@@ -91,20 +135,24 @@ export function loads(store: Store, send: (command: Command) => void): HTMLEleme
         "div",
         { className: "row" },
         name,
-        h("span", { className: "field" }, whole, h("span", { className: "suffix" }, "N")),
+        h("span", { className: "field" }, whole.input, h("span", { className: "suffix" }, "N")),
         remove,
       ),
       h(
         "div",
         { className: "row three" },
-        ...along.map((input, i) =>
+        ...along.map(({ input }, i) =>
           h("label", { className: "field" }, h("span", { className: "axis" }, "xyz"[i]), input),
         ),
       ),
     );
-    item.dataset["force"] = String(force.force);
-    item.classList.toggle("selected", store.get().selectedForce === force.force);
-    return item;
+    item.dataset["force"] = String(first.force);
+    item.classList.toggle("selected", store.get().selectedForce === first.force);
+    const show = (force: Force) => {
+      now = force;
+      for (const field of [whole, ...along]) field.show();
+    };
+    return { element: item, remove, show };
   }
   return element;
 }

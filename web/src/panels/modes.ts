@@ -9,6 +9,7 @@ const TAPS = {
   stiffer: "Tap what becomes stiffer",
   softer: "Tap what becomes softer",
   pin: "Tap what is pinned, or let go",
+  force: "Tap where a force acts",
 } as const;
 
 /** One line and the word of its button; null when the hand pulls. */

@@ -14,6 +14,7 @@ interface Row {
   element: HTMLElement;
   remove: HTMLButtonElement;
   show: (part: StiffnessPart, index: number) => void;
+  refresh: () => void; // shows what is so
 }
 
 export function parts(store: Store, edits: PartEdits): HTMLElement {
@@ -66,6 +67,11 @@ export function parts(store: Store, edits: PartEdits): HTMLElement {
     },
   );
 
+  store.watch(
+    (s) => s.refusals,
+    () => rows.forEach(({ refresh }) => refresh()),
+  );
+
   function row(part: StiffnessPart): Row {
     const name = h("span");
     const input = h("input", {
@@ -95,6 +101,7 @@ export function parts(store: Store, edits: PartEdits): HTMLElement {
         remove,
       ),
       remove,
+      refresh: show,
       show: (now, index) => {
         if (now.value !== value || input.value === "") {
           value = now.value;
@@ -118,6 +125,7 @@ function regionSize(store: Store): HTMLElement {
     low: 0.5,
     high: 50,
     slider: "logarithmic",
+    local: true,
     now: (s) => s.regionSize,
     scene: () => initialState.regionSize,
     change: (value) => value !== null && store.set({ regionSize: value }),

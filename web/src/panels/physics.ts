@@ -1,11 +1,11 @@
 // What one can change of the simulation. A change acts at once; a value that the server refuses goes back to the server's.
 
-import { deepestLevel, wantedLevels } from "../levels";
+import { areScenes, deepestLevel, sceneLevels, wantedLevels } from "../levels";
 import type { Command, Levels, Vec3 } from "../messages";
 import { can, isOpen } from "../store";
 import type { State, Store } from "../store";
 import { h } from "./dom";
-import { group, numberRow, resetButton, segments } from "./fields";
+import { follow, group, numberRow, resetButton, segments } from "./fields";
 import type { NumberField } from "./fields";
 
 type Send = (command: Command) => void;
@@ -43,18 +43,33 @@ function tolerance(store: Store, send: Send): NumberField {
 
 const percent = (x: number | undefined): number | undefined => (x === undefined ? undefined : 100 * x);
 
-function budgets(store: Store, send: Send): NumberField[] {
-  const change = (key: "tets" | "milliseconds") => (value: number | null) => {
-    const now = {
-      ...store.get().settings?.budget,
-      [key]: key === "tets" && value !== null ? Math.round(value) : value,
-    };
-    send({
-      command: "budget",
-      ...(typeof now.tets === "number" ? { tets: now.tets } : {}),
-      ...(typeof now.milliseconds === "number" ? { milliseconds: now.milliseconds } : {}),
-    });
+/** Changes one of several values that a command sets at once. What was said of the others counts before the server's answer is here. */
+function together<T extends object>(
+  store: Store,
+  now: (state: Readonly<State>) => T | undefined,
+  send: (all: T) => void,
+): (change: Partial<T>) => void {
+  let said: T | null = null;
+  follow(store, now, () => (said = null));
+  return (change) => {
+    const known = said ?? now(store.get());
+    if (!known) return;
+    said = { ...known, ...change };
+    send(said);
   };
+}
+
+function budgets(store: Store, send: Send): NumberField[] {
+  const say = together(
+    store,
+    (s) => s.settings?.budget,
+    ({ tets, milliseconds }) =>
+      send({
+        command: "budget",
+        ...(tets === null ? {} : { tets: Math.round(tets) }),
+        ...(milliseconds === null ? {} : { milliseconds }),
+      }),
+  );
   const field = (
     key: "tets" | "milliseconds",
     label: string,
@@ -69,8 +84,8 @@ function budgets(store: Store, send: Send): NumberField[] {
     high,
     optional: true,
     now: (s) => s.settings?.budget[key],
-    scene: (s) => s.initialSettings?.budget[key],
-    change: change(key),
+    scene: (s) => (s.hello ? (s.hello.budget?.[key] ?? null) : undefined),
+    change: (value) => say({ [key]: value }),
     enabled: edits,
   });
   return [field("tets", "Tet budget", "tets", 1, 2 ** 28), field("milliseconds", "Time budget", "ms/step", 0, 1e6)];
@@ -87,8 +102,16 @@ function order(store: Store, send: Send): HTMLElement {
     (s) => s.settings?.order ?? s.hello?.order,
     (value) => send({ command: "order", value }),
   );
-  store.watch(edits, (on) => choice.inputs.forEach((input) => (input.disabled = !on)));
-  return h("div", { className: "value" }, h("span", { className: "name" }, "Order"), choice.element);
+  const reset = resetButton("Order", () => {
+    const value = store.get().hello?.order;
+    if (value !== undefined) send({ command: "order", value });
+  });
+  store.watch(
+    (s) => s.settings === null || s.settings.order === s.hello?.order,
+    (same) => (reset.hidden = same),
+  );
+  store.watch(edits, (on) => [...choice.inputs, reset].forEach((element) => (element.disabled = !on)));
+  return h("div", { className: "value" }, h("span", { className: "name" }, "Order", reset), choice.element);
 }
 
 /** That the tets can have. */
@@ -113,10 +136,10 @@ function levels(store: Store, send: Send): HTMLElement {
   };
   const coarsest = choice("Coarsest level", "min");
   const finest = choice("Finest level", "max");
-  const scene = ({ hello, initialSettings }: Readonly<State>) =>
-    hello && initialSettings ? wantedLevels(hello, initialSettings) : undefined;
+  const isScenes = ({ hello, settings }: Readonly<State>) => !hello || !settings || areScenes(hello, settings);
   const reset = resetButton("Levels", () => {
-    const levels = scene(store.get());
+    const { hello } = store.get();
+    const levels = hello && wantedLevels(hello, { order: hello.order, levels: sceneLevels(hello) });
     if (levels) send({ command: "levels", ...levels });
   });
   const show = () => {
@@ -128,11 +151,9 @@ function levels(store: Store, send: Send): HTMLElement {
         select.replaceChildren(...numbers.map((value) => h("option", { value }, value)));
       select.value = String(level);
     }
-    const first = scene(state);
-    const within = (level: number) => Math.min(level, deepest(state));
-    reset.hidden = !first || (within(first.min) === now.min && within(first.max) === now.max);
+    reset.hidden = isScenes(state);
   };
-  store.watch((s) => JSON.stringify([s.settings?.levels, scene(s), deepest(s)]), show);
+  follow(store, (s) => JSON.stringify([s.settings?.levels, isScenes(s), deepest(s)]), show);
   store.watch(
     (s) => edits(s) && deepest(s) > 0,
     (on) => [coarsest, finest, reset].forEach((element) => (element.disabled = !on)),
@@ -147,10 +168,11 @@ function levels(store: Store, send: Send): HTMLElement {
 }
 
 function materials(store: Store, send: Send): NumberField[] {
-  const damping = (key: "mass" | "stiffness") => (value: number | null) => {
-    const now = store.get().settings?.damping ?? { mass: 0, stiffness: 0 };
-    if (value !== null) send({ command: "damping", ...now, [key]: value });
-  };
+  const say = together(
+    store,
+    (s) => s.settings?.damping,
+    (damping) => send({ command: "damping", ...damping }),
+  );
   return [
     {
       label: "Stiffness scale",
@@ -171,8 +193,8 @@ function materials(store: Store, send: Send): NumberField[] {
       low: 0,
       high: 1000,
       now: (s) => s.settings?.damping.mass,
-      scene: (s) => s.initialSettings?.damping.mass,
-      change: damping("mass"),
+      scene: (s) => (s.settings ? 0 : undefined),
+      change: (mass) => mass !== null && say({ mass }),
       enabled: edits,
     },
     {
@@ -182,8 +204,8 @@ function materials(store: Store, send: Send): NumberField[] {
       low: 0,
       high: 10,
       now: (s) => s.settings?.damping.stiffness,
-      scene: (s) => s.initialSettings?.damping.stiffness,
-      change: damping("stiffness"),
+      scene: (s) => (s.settings ? 0 : undefined),
+      change: (stiffness) => stiffness !== null && say({ stiffness }),
       enabled: edits,
     },
   ];
@@ -214,8 +236,8 @@ function gravity(store: Store, send: Send): HTMLElement {
     if (value) inputs.forEach((input, i) => (input.value = String(Number(value[i].toPrecision(6)))));
     reset.hidden = value?.join() === store.get().hello?.gravity.join();
   };
-  store.watch((s) => `${gravityOf(s)} ${s.hello?.gravity}`, show);
-  store.watch(isOpen, (open) => [...inputs, reset].forEach((element) => (element.disabled = !open)));
+  follow(store, (s) => `${gravityOf(s)} ${s.hello?.gravity}`, show);
+  store.watch(edits, (on) => [...inputs, reset].forEach((element) => (element.disabled = !on)));
   return h(
     "div",
     { className: "value" },

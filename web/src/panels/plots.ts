@@ -56,6 +56,10 @@ export function plots(store: Store): HTMLElement {
     () => series.clear(),
   );
   store.watch((s) => s.dark, build);
+  // What came while they were hidden.
+  new MutationObserver(() => !element.hidden && charts.forEach((chart) => chart.update())).observe(element, {
+    attributeFilter: ["hidden"],
+  });
   return element;
 }
 

@@ -6,6 +6,8 @@ import type { LinkReport, SimulationState } from "../messages";
 import type { State, Store } from "../store";
 import { h } from "./dom";
 
+const LINGER = 5000; // [ms] that a note on skipped frames stays after the last one
+
 export function status(store: Store): HTMLElement {
   const rate = tile("Steps per second", "steps/s");
   const cost = tile("Time of the last step", "ms/step");
@@ -38,11 +40,19 @@ export function status(store: Store): HTMLElement {
     () => showLevels(store.get().simulation?.tets_by_level),
   );
   const skipped = h("p", { className: "note" });
+  // One hiccup is soon forgotten.
+  let forgotten = 0;
+  let timer: ReturnType<typeof setTimeout> | undefined;
   store.watch(
     (s) => s.framesDropped,
     (frames) => {
-      skipped.hidden = frames === 0;
-      skipped.textContent = `${count(frames)} frames skipped: this page draws more slowly than they come`;
+      clearTimeout(timer);
+      skipped.hidden = frames === forgotten;
+      skipped.textContent = `${count(frames - forgotten)} frames skipped: this page draws more slowly than they come`;
+      timer = setTimeout(() => {
+        forgotten = frames;
+        skipped.hidden = true;
+      }, LINGER);
     },
   );
   const network = h("p", { className: "note" });

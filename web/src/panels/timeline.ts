@@ -57,6 +57,6 @@ export function timeline(
     slider.setAttribute("aria-valuetext", duration(shown));
     live.hidden = scrub === null;
   };
-  for (const part of ["hello", "simulation", "scrub", "link"] as const) store.watch((s) => s[part], show);
+  for (const part of ["hello", "simulation", "scrub", "link", "refusals"] as const) store.watch((s) => s[part], show);
   return [slider, live, display];
 }

@@ -21,6 +21,7 @@ export class Toasts {
     }
     const badge = h("b");
     const remove = () => {
+      clearTimeout(entry.timer); // or it would end a later toast of the same text
       toast.remove();
       this.shown.delete(text);
     };
@@ -31,6 +32,7 @@ export class Toasts {
     );
     const toast = h("div", { className: `card toast ${kind}` }, h("span", {}, text, badge), close);
     this.element.append(toast);
-    this.shown.set(text, { count: 1, badge, timer: setTimeout(remove, STAY), remove });
+    const entry = { count: 1, badge, timer: setTimeout(remove, STAY), remove };
+    this.shown.set(text, entry);
   }
 }

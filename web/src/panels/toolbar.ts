@@ -7,6 +7,7 @@ import type { Command } from "../messages";
 import { can, isOpen, isPlaying, speedOf } from "../store";
 import type { Store } from "../store";
 import { h, icon, iconButton } from "./dom";
+import { follow, resetButton } from "./fields";
 import { timeline } from "./timeline";
 
 export function toolbar(
@@ -24,20 +25,24 @@ export function toolbar(
     onchange: () => actions.speed(Number(speed.value)),
     attributes: { "aria-label": "Speed" },
   });
-  const buttons = [play, step, reset, speed];
-
-  store.watch(isOpen, (open) => buttons.forEach((button) => (button.disabled = !open)));
   store.watch(isPlaying, (playing) => {
     const label = playing ? "Pause" : "Play";
     play.replaceChildren(icon(playing ? "pause" : "play"));
     play.title = `${label} (Space)`;
     play.setAttribute("aria-label", label);
   });
-  store.watch(speedOf, (value) => {
+  const regular = resetButton("Speed", () => actions.speed(1));
+  regular.classList.add("regular");
+  regular.title = "Back to 1×";
+  const buttons = [play, step, reset, speed, regular];
+  follow(store, speedOf, () => {
+    const value = speedOf(store.get());
+    regular.hidden = value === 1;
     const values = [...new Set([...SPEEDS, value])].sort((a, b) => a - b);
     speed.replaceChildren(...values.map((v) => h("option", { value: String(v), textContent: `${v}×` })));
     speed.value = String(value);
   });
+  store.watch(isOpen, (open) => buttons.forEach((button) => (button.disabled = !open)));
   return h(
     "nav",
     { className: "card toolbar", attributes: { "aria-label": "Simulation" } },
@@ -45,6 +50,7 @@ export function toolbar(
     play,
     step,
     speed,
+    regular,
     ...timeline(store, send, range),
     recordButton(store, actions),
   );

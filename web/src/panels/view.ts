@@ -1,11 +1,10 @@
 // What one sees of the object: its colours, surface or tets, the wireframe, the cut.
 
-import { colourings } from "../actions";
-import { COLOURINGS, isField } from "../scale";
-import { can } from "../store";
+import { COLOURINGS } from "../scale";
+import { colouringsOf } from "../store";
 import type { Cut, Shape, Store } from "../store";
 import { h } from "./dom";
-import { group, segments, toggle } from "./fields";
+import { group, numberRow, segments, toggle } from "./fields";
 
 export function view(store: Store): HTMLElement {
   const colouring = segments(
@@ -16,11 +15,11 @@ export function view(store: Store): HTMLElement {
     (value) => store.set({ colouring: value, shape: "surface" }),
   );
   store.watch(
-    (s) => can(s, "colouring"),
-    () =>
+    (s) => s.hello,
+    (hello) =>
       colouring.inputs.forEach((input) => {
-        const offered = colourings(store.get()).some(({ value }) => value === input.value);
-        (input.parentElement as HTMLElement).hidden = !offered && isField(input.value as never);
+        const offered = colouringsOf(hello).some(({ value }) => value === input.value);
+        (input.parentElement as HTMLElement).hidden = !offered;
       }),
   );
   colouring.element.classList.add("many");
@@ -51,19 +50,19 @@ export function view(store: Store): HTMLElement {
 }
 
 function explode(store: Store): HTMLElement {
-  const slider = h("input", {
-    type: "range",
-    min: "0",
-    max: "1",
-    step: "0.01",
-    oninput: () => store.set({ explode: Number(slider.value), shape: "tets" }),
-    attributes: { "aria-label": "Explode" },
+  const row = numberRow(store, {
+    label: "Explode",
+    unit: "%",
+    spoken: "percent",
+    title: "How far the tetrahedra are apart",
+    low: 0,
+    high: 100,
+    slider: "linear",
+    now: (s) => 100 * s.explode,
+    scene: () => 0,
+    change: (value) => value !== null && store.set({ explode: value / 100, shape: "tets" }),
+    local: true,
   });
-  store.watch(
-    (s) => s.explode,
-    (value) => (slider.value = String(value)),
-  );
-  const row = h("label", { className: "row slide" }, h("span", {}, "Explode"), slider);
   store.watch(
     (s) => s.shape === "tets",
     (tets) => (row.hidden = !tets),
@@ -91,24 +90,25 @@ function cut(store: Store): HTMLElement {
     (s) => s.cut?.axis,
     (value) => change({ axis: value as Cut["axis"] }),
   );
-  const slider = h("input", {
-    type: "range",
-    min: "0",
-    max: "1",
-    step: "0.005",
-    oninput: () => change({ at: Number(slider.value) }),
-    attributes: { "aria-label": "Place of the cut" },
-  });
-  store.watch(
-    (s) => s.cut?.at,
-    (at) => at !== undefined && (slider.value = String(at)),
-  );
   const flip = h(
     "button",
     { type: "button", onclick: () => change({ flip: !store.get().cut?.flip }), title: "Hide the other side" },
     "Flip",
   );
-  const details = h("div", { className: "row slide" }, axis.element, slider, flip);
+  const place = numberRow(store, {
+    label: "Place of the cut",
+    unit: "%",
+    spoken: "percent",
+    title: "How far the cut is through the object at rest",
+    low: 0,
+    high: 100,
+    slider: "linear",
+    now: (s) => s.cut && 100 * s.cut.at,
+    scene: () => 50,
+    change: (value) => value !== null && change({ at: value / 100 }),
+    local: true,
+  });
+  const details = h("div", {}, h("div", { className: "row slide" }, axis.element, flip), place);
   store.watch(
     (s) => s.cut !== null,
     (visible) => (details.hidden = !visible),

@@ -1,11 +1,12 @@
 // What lies over the object: pulls, forces that stay, pins.
 
-import type { Force, Vec3 } from "../messages";
+import type { Force, Pin, Vec3 } from "../messages";
 import type { Frame } from "../protocol";
 import type { State } from "../store";
 import type { Band } from "./bands";
 import type { ForceHand } from "./forces";
 import { surfacePoint } from "./pick";
+import { lastWord } from "./pins";
 import type { Grip } from "./pull";
 import type { SceneForces } from "./scene_forces";
 import type { SurfaceMesh } from "./surface";
@@ -46,12 +47,25 @@ export function annotations(
     const kind = force.force === state.selectedForce ? "selected" : "force";
     bands.push({ from: at, to: hand.tip(at, force.value), force: Math.hypot(...force.value), kind });
   }
-  for (const { triangle, barycentric, pinned } of state.settings?.pins ?? []) {
-    if (!pinned || 3 * triangle >= surface.triangles.length) continue;
-    const at = surfacePoint(surface.positions, surface.triangles, triangle, barycentric);
+  for (const at of heldPlaces(state.settings?.pins ?? [], surface))
     bands.push({ from: at, to: at, force: null, kind: "pin" });
-  }
   return bands;
+}
+
+/** The middles of pins that nothing said later lets go. */
+export function heldPlaces(
+  pins: readonly Pin[],
+  { positions, triangles }: Pick<SurfaceMesh, "positions" | "triangles">,
+): [number, number, number][] {
+  const places = pins
+    .filter(({ triangle }) => 3 * triangle < triangles.length)
+    .map((pin) => ({ ...pin, at: surfacePoint(positions, triangles, pin.triangle, pin.barycentric) }));
+  return places
+    .filter(({ at, pinned }) => {
+      const away = (other: { at: Vec3 }) => Math.hypot(...other.at.map((x, i) => x - at[i]));
+      return pinned && lastWord(places, away)?.pinned;
+    })
+    .map(({ at }) => at);
 }
 
 /** The own pull follows the pointer at once; its force is the server's, from the frame's nearest pull. */

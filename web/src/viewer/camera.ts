@@ -109,6 +109,23 @@ export class CameraRig {
     this.changed();
   }
 
+  /** Moves the view in the plane of the picture, in heights of what it shows at its target. */
+  pan(right: number, up: number): void {
+    if (!this.controls) return;
+    this.glide = null;
+    const { position, matrixWorld, fov } = this.camera;
+    this.camera.updateMatrixWorld();
+    const height = 2 * position.distanceTo(this.controls.target) * Math.tan(THREE.MathUtils.degToRad(fov / 2));
+    const way = new THREE.Vector3();
+    [right, up].forEach((length, axis) =>
+      way.addScaledVector(new THREE.Vector3().setFromMatrixColumn(matrixWorld, axis), length * height),
+    );
+    position.add(way);
+    this.controls.target.add(way);
+    this.controls.update();
+    this.changed();
+  }
+
   /** Advances a glide; `now` [ms]. */
   tick(now: number): void {
     if (!this.glide || !this.controls) return;

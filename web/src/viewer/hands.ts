@@ -77,8 +77,8 @@ export class Hands {
         told = size;
       },
     );
-    canvas.addEventListener("pointermove", (event) => (this.pointer = event));
-    canvas.addEventListener("pointerleave", () => (this.pointer = null));
+    canvas.addEventListener("pointermove", (event) => this.point(event));
+    canvas.addEventListener("pointerleave", () => this.point(null));
   }
 
   /** Of a new scene: how large its object is, and how stiff. */
@@ -125,9 +125,11 @@ export class Hands {
     this.forces.tick();
   }
 
-  /** The connection is gone, or another moment is shown: nothing that is held goes on. */
+  /** The connection is gone, or another moment is shown: nothing that is held goes on. A server that is there may not know: the same
+   * scene has come again, or the pull was begun after its reset. */
   drop(): void {
-    this.pull.drop();
+    if (isOpen(this.store.get())) this.pull.release();
+    else this.pull.drop();
     this.forces.drop();
   }
 
@@ -138,8 +140,16 @@ export class Hands {
     else what(ray);
   }
 
+  private point(event: PointerEvent | null): void {
+    this.pointer = event;
+    if (this.store.get().pointing !== (event !== null)) this.store.set({ pointing: event !== null });
+  }
+
   private use(tool: Tool, ray: THREE.Ray): void {
-    if (tool === "pin") this.pins.act(ray);
+    if (tool === "force") {
+      this.forces.add(ray);
+      this.store.set({ tool: null }); // the next drag is for the new arrow
+    } else if (tool === "pin") this.pins.act(ray);
     else this.stiffness.act(ray, tool === "stiffer" ? 1 : -1);
   }
 

@@ -1,5 +1,5 @@
 // The last seconds of what was shown, so that one can look back while the simulation goes on: frames as they came, each
-// with its topology. Bounded in time and in bytes, whichever comes first.
+// with its topology, which most share with the one before. Bounded in time and in bytes, whichever comes first.
 
 import type { Frame, Topology } from "../protocol";
 
@@ -14,7 +14,10 @@ export interface Moment {
 
 export class History {
   private moments: Moment[] = [];
+  private readonly uses = new Map<Topology, number>(); // moments of each
   private bytes = 0;
+
+  constructor(private readonly most = MOST_BYTES) {}
 
   push(frame: Frame, topology: Topology, arrival: number): void {
     const last = this.moments.at(-1)?.frame;
@@ -23,11 +26,11 @@ export class History {
     // A frame that came again, with other values or after a pull was moved while paused: the newer one.
     if (last && last.time === frame.time && this.moments.length > 0) this.forget(this.moments.pop());
     this.moments.push({ frame, topology, arrival });
-    this.bytes += sizeOf(frame);
+    this.bytes += sizeOf(frame.surface) + this.use(topology, 1);
     let old = 0;
     while (
       old < this.moments.length - 1 &&
-      (arrival - this.moments[old].arrival > 1000 * SECONDS || this.bytes > MOST_BYTES)
+      (arrival - this.moments[old].arrival > 1000 * SECONDS || this.bytes > this.most)
     )
       this.forget(this.moments[old++]);
     if (old) this.moments.splice(0, old);
@@ -35,6 +38,7 @@ export class History {
 
   clear(): void {
     this.moments = [];
+    this.uses.clear();
     this.bytes = 0;
   }
 
@@ -65,8 +69,18 @@ export class History {
   }
 
   private forget(moment: Moment | undefined): void {
-    if (moment) this.bytes -= sizeOf(moment.frame);
+    if (moment) this.bytes -= sizeOf(moment.frame.surface) + this.use(moment.topology, -1);
+  }
+
+  /** Bytes that come with a topology's first moment, or go with its last. */
+  private use(topology: Topology, change: 1 | -1): number {
+    const before = this.uses.get(topology) ?? 0;
+    const after = before + change;
+    if (after === 0) this.uses.delete(topology);
+    else this.uses.set(topology, after);
+    return before === 0 || after === 0 ? sizeOf(topology.edges) : 0;
   }
 }
 
-const sizeOf = (frame: Frame): number => frame.surface.buffer.byteLength;
+/** Of the whole message, which all its arrays lie in. */
+const sizeOf = (array: Uint16Array | Uint32Array): number => array.buffer.byteLength;

@@ -3,7 +3,7 @@
 import type * as THREE from "three";
 
 import type { Command, Pin, Vec3 } from "../messages";
-import { regionRadius } from "../parts";
+import { regionRadius, snapped } from "../parts";
 import { can } from "../store";
 import type { Store } from "../store";
 import type { Hit } from "./pick";
@@ -27,18 +27,18 @@ export class PinHand {
     if (!hello || scrub !== null || !can(this.store.get(), "edit")) return;
     const hit = this.events.pick(ray);
     if (!hit) return;
-    const { triangle, barycentric } = hit;
     const away = (other: Pin) => Math.hypot(...this.events.place(other).map((x, i) => x - hit.point[i]));
-    const hold = pin ?? !isHeld(settings?.pins ?? [], away);
-    this.events.send({
-      command: hold ? "pin" : "unpin",
-      triangle,
-      barycentric,
-      radius: regionRadius(hello, regionSize),
-    });
+    const last = lastWord(settings?.pins ?? [], away);
+    const hold = pin ?? !last?.pinned;
+    // A pin is let go as a whole: a region around the pointer would leave a crescent of it.
+    const { triangle, barycentric, radius } =
+      !hold && last?.pinned
+        ? last
+        : { ...hit, barycentric: snapped(hit.barycentric), radius: regionRadius(hello, regionSize) };
+    this.events.send({ command: hold ? "pin" : "unpin", triangle, barycentric, radius });
   }
 }
 
-/** Whether the last word on a place was to hold it; `away`: how far a pin is from there [m]. What is held does not deform. */
-export const isHeld = (pins: readonly Pin[], away: (pin: Pin) => number): boolean =>
-  pins.findLast((pin) => away(pin) <= pin.radius)?.pinned ?? false;
+/** What was said of a place last; `away`: how far a pin is from there [m]. What is held does not deform. */
+export const lastWord = <P extends Pin>(pins: readonly P[], away: (pin: P) => number): P | undefined =>
+  pins.findLast((pin) => away(pin) <= pin.radius);

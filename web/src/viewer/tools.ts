@@ -53,7 +53,7 @@ export class ToolHand {
     if (wanted ? now - this.looked < LOOK_INTERVAL : this.preview === null) return;
     this.looked = now;
     const before = this.preview;
-    this.preview = wanted ? this.events.region(ray()) : null;
+    this.preview = wanted && this.events.tool() !== "force" ? this.events.region(ray()) : null; // a force has a point
     if (JSON.stringify(this.preview) !== JSON.stringify(before)) this.events.changed();
   }
 

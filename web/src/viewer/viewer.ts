@@ -2,11 +2,11 @@
 
 import * as THREE from "three";
 
-import type { Command, Hello, Vec3 } from "../messages";
+import type { Command, Hello, SceneForce, Vec3 } from "../messages";
 import type { BinaryMessage, Frame, Topology } from "../protocol";
 import { isField, RangeFollower } from "../scale";
 import type { Framing } from "../snapshot";
-import type { Store } from "../store";
+import type { State, Store } from "../store";
 import { Body } from "./body";
 import { CameraRig } from "./camera";
 import type { Covered } from "./camera";
@@ -26,6 +26,9 @@ export class Viewer {
   readonly history = new History();
   /** Redraws since the page was loaded. */
   redraws = 0;
+  /** A frame, and with it all before it, has been drawn. */
+  drawn: (sequence: number) => void = () => undefined;
+  cameraMoved = (): void => undefined;
   /** [ms] of the main thread for the last redraws with a new shape: mixing, unpacking and normals, without drawing. */
   readonly costs: number[] = [];
   private readonly renderer: THREE.WebGLRenderer;
@@ -39,6 +42,8 @@ export class Viewer {
   private topology: Topology | null = null; // of the newest frame
   private upcoming: Topology | null = null; // waits for its first frame
   private newest: Frame | null = null;
+  private told: Frame | null = null; // the last that `drawn` has heard of
+  private anchored: readonly SceneForce[] | undefined; // the scene's forces whose places on the surface are known
   private covered: Covered = { top: 0, left: 0, right: 0, bottom: 0 };
   private dirty = true;
   private place = "";
@@ -56,7 +61,10 @@ export class Viewer {
     this.renderer.shadowMap.enabled = !frugal;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
-    this.rig = new CameraRig(canvas, () => this.invalidate());
+    this.rig = new CameraRig(canvas, () => {
+      this.invalidate();
+      this.cameraMoved();
+    });
     this.overlay = new Overlay(labels);
     const events = { pick: (ray: THREE.Ray) => this.pick(ray), send, changed: () => this.invalidate() };
     this.hands = new Hands(canvas, this.rig, store, this.body, events);
@@ -95,7 +103,7 @@ export class Viewer {
 
   /** The picture as it is now, as a PNG. */
   toBlob(): Promise<Blob | null> {
-    this.renderer.render(this.scene, this.rig.camera);
+    this.draw(performance.now());
     return new Promise((resolve) => this.canvas.toBlob(resolve));
   }
 
@@ -145,17 +153,10 @@ export class Viewer {
         () => this.showView(true),
       );
     store.watch(
-      (s) => s.simulation?.forces,
-      (forces) => {
-        this.sceneForces.set((this.motion.frame && forces) ?? [], this.positions ?? new Float32Array(0));
-        this.invalidate();
-      },
-    );
-    store.watch(
       (s) => s.scrub,
       (time) => this.scrub(time),
     );
-    for (const part of ["settings", "selectedForce"] as const)
+    for (const part of ["simulation", "settings", "selectedForce"] as const)
       store.watch(
         (s) => s[part],
         () => this.invalidate(),
@@ -180,8 +181,12 @@ export class Viewer {
     if (this.topology?.epoch !== frame.epoch) return;
     const now = performance.now();
     this.history.push(frame, this.topology, now);
-    if (this.newest && frame.time < this.newest.time) this.interrupted(); // a reset, by anybody, has ended all pulls
+    const back = this.newest !== null && frame.time < this.newest.time;
     this.newest = frame;
+    if (back) {
+      this.interrupted(); // a reset, by anybody, has ended all pulls
+      this.store.set({ scrub: null }); // and what one looked back at is no more
+    }
     if (this.store.get().scrub !== null) this.body.haunt(frame);
     else this.present(frame, this.topology, () => this.motion.push(frame, now));
     this.invalidate();
@@ -196,13 +201,10 @@ export class Viewer {
     this.stage.lower(frame);
     if (first) this.body.show(state, true);
     const { values } = frame;
-    if (values) {
-      const high = this.ranges.follow(values, performance.now());
-      const { fieldRange } = state;
-      if (fieldRange?.field !== values.field || fieldRange.high !== high)
-        this.store.set({ fieldRange: { field: values.field, high } });
-    }
-    if (other || first || (values && isField(state.colouring))) this.colour();
+    const { fieldRange } = state;
+    const range = values && { field: values.field, high: this.ranges.follow(values, performance.now()) };
+    if (range?.field !== fieldRange?.field || range?.high !== fieldRange?.high) this.store.set({ fieldRange: range });
+    if (other || first || isField(state.colouring)) this.colour();
   }
 
   private scrub(time: number | null): void {
@@ -257,19 +259,34 @@ export class Viewer {
     this.rig.tick(now);
     const moved = this.motion.moving;
     // Before there is an object nothing is drawn: it would be an empty ground, and keep the first frame waiting.
-    if ((!moved && !this.dirty) || !this.motion.frame) return;
+    if ((moved || this.dirty) && this.motion.frame) this.draw(now);
+  }
+
+  /** The shape first: edges and tets of a new front may be there already whose vertices are not. */
+  private draw(now: number): void {
     this.dirty = false;
-    if (moved) {
+    if (this.motion.moving) {
       const start = performance.now();
       this.body.sample(this.motion, now);
-      this.costs.push(performance.now() - start);
-      if (this.costs.length > 240) this.costs.shift();
+      if (this.costs.push(performance.now() - start) > 240) this.costs.shift();
       this.renderer.shadowMap.needsUpdate = true;
     }
-    const { motion, body, hands, sceneForces, rig, canvas } = this;
-    this.overlay.update({ state: this.store.get(), frame: motion.frame, body, hands, sceneForces, rig, canvas });
+    const { motion, body, hands, sceneForces, rig, canvas, newest } = this;
+    const state = this.store.get();
+    this.anchorForces(state);
+    this.overlay.update({ state, frame: motion.frame, body, hands, sceneForces, rig, canvas });
     this.renderer.render(this.scene, this.rig.camera);
     ++this.redraws;
+    if (newest && newest !== this.told) this.drawn(newest.sequence);
+    this.told = newest;
+  }
+
+  /** Where the scene's forces act is said of the present: they are tied to the surface when it has been written as it is now. */
+  private anchorForces({ simulation, scrub }: Readonly<State>): void {
+    const forces = simulation?.forces;
+    if (scrub !== null || forces === this.anchored) return;
+    this.anchored = forces;
+    this.sceneForces.set(forces ?? [], this.positions ?? new Float32Array(0));
   }
 
   private pick(ray: THREE.Ray): Hit | null {
