@@ -186,7 +186,7 @@ TEST_F(ServerTest, ASlowViewerGetsTheLatestFrame) {
     scene.front.order = 1;
     scene.gravity.setZero();  // at rest a step costs little
     scene.time_step = 0.1;
-    start(true, {}, scene);
+    start(true, {.idle_timeout = 300s}, scene);  // the slow one is not taken for dead, however slow all of this is
     tcp::socket socket = connect();
     socket.set_option(asio::socket_base::receive_buffer_size(65536));
     const std::string address = host();
