@@ -34,9 +34,9 @@ bool troubled(const StepReport& r) { return !r.converged || r.rejected || r.inve
 
 Interruption::Interruption() {
     struct sigaction action {};
-    action.sa_handler = [](int) { asked_ = 1; };
+    action.sa_handler = [](int) { asked_ = true; };
     action.sa_flags = static_cast<int>(SA_RESETHAND);
-    asked_ = 0;
+    asked_ = false;
     ::sigaction(SIGINT, &action, &before_);
 }
 Interruption::~Interruption() { ::sigaction(SIGINT, &before_, nullptr); }

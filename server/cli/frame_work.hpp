@@ -9,6 +9,7 @@
 #include "engine/simulation/simulation.hpp"
 #include "server/cli/progress_bar.hpp"
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdint>
@@ -29,10 +30,12 @@ class Interruption {
     Interruption(const Interruption&) = delete;
     Interruption& operator=(const Interruption&) = delete;
 
-    [[nodiscard]] bool asked() const { return asked_ != 0; }
+    /// Any thread.
+    [[nodiscard]] bool asked() const { return asked_; }
 
  private:
-    static inline volatile std::sig_atomic_t asked_ = 0;
+    static inline std::atomic<bool> asked_ = false;
+    static_assert(std::atomic<bool>::is_always_lock_free, "a signal's handler sets it");
     struct sigaction before_ {};
 };
 
