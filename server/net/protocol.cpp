@@ -1,6 +1,7 @@
 #include "server/net/protocol.hpp"
 
 #include "engine/base/error.hpp"
+#include "server/render/colour_scale.hpp"
 #include "server/render/view.hpp"
 #include "server/session/saved_state.hpp"
 
@@ -199,16 +200,11 @@ Json budget_of(const command::Budget& budget) {
             {"milliseconds", budget.milliseconds > 0 ? Json(budget.milliseconds) : Json(nullptr)}};
 }
 
-/// As colouring names it.
+/// As the colouring that shows it; none: "level".
 std::string_view field_name(Field field) {
-    switch (field) {
-        case Field::displacement: return "displacement";
-        case Field::strain: return "strain";
-        case Field::stress: return "stress";
-        case Field::error: return "error";
-        case Field::none: break;
-    }
-    return "level";
+    std::size_t i = 0;
+    while (field_of(static_cast<Colouring>(i)) != field) ++i;
+    return colouring_names[i];
 }
 
 std::string hello_event(const SessionModel& session, const SessionState& state, std::uint16_t generation, const HelloLimits& limits,

@@ -1,4 +1,9 @@
-// A WebSocket that does what a test says, and the least that a server says first.
+// A WebSocket that does what a test says, a link over it, and the least that a server says first.
+
+import { vi } from "vitest";
+
+import { Link } from "../../web/src/link";
+import type { LinkEvent } from "../../web/src/link";
 
 export class FalseSocket {
   static all: FalseSocket[] = [];
@@ -43,3 +48,23 @@ export const hello = {
   ...{ rest_box: [0, 0, 0, 1, 1, 1], view: {}, gravity: [0, 0, 0], tolerance: 0.1, time_step: 0.01, order: 1 },
   ...{ playing: true, speed: 1, limits: { message_bytes: 65536 } },
 };
+
+export const socket = () => FalseSocket.all.at(-1)!;
+
+/** With a false clock; it has begun to connect. */
+export function falseLink(): { link: Link; events: LinkEvent[] } {
+  vi.useFakeTimers();
+  FalseSocket.all = [];
+  const events: LinkEvent[] = [];
+  const link = new Link({
+    url: "ws://host/ws",
+    emit: (event) => events.push(event),
+    open: (url, protocol) => new FalseSocket(url, protocol) as unknown as WebSocket,
+  });
+  link.connect();
+  return { link, events };
+}
+
+/** What the page was told of the connection. */
+export const statuses = (events: readonly LinkEvent[]) =>
+  events.flatMap((event) => (event.kind === "link" ? [event.link.status] : []));

@@ -2,31 +2,20 @@ import { readFileSync } from "node:fs";
 import { MeshoptDecoder } from "meshoptimizer/meshopt_decoder_reference.js";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 
-import { backoff, Link, transferOf } from "../../web/src/link";
-import type { LinkEvent } from "../../web/src/link";
+import { backoff, transferOf } from "../../web/src/link";
+import type { Link, LinkEvent } from "../../web/src/link";
 import { decodeBinary } from "../../web/src/protocol";
 import { frame, message, model, topology } from "./bytes";
-import { FalseSocket, hello } from "./false_socket";
+import { falseLink, FalseSocket, hello, socket, statuses } from "./false_socket";
 
 let events: LinkEvent[];
 let link: Link;
-const socket = () => FalseSocket.all.at(-1)!;
-const links = () => events.flatMap((event) => (event.kind === "link" ? [event.link.status] : []));
+const links = () => statuses(events);
 const shown = () =>
   events.flatMap((event) => (event.kind === "binary" ? [`${event.message.kind} ${event.message.sequence}`] : []));
 const frames = () => shown().filter((name) => name.startsWith("frame"));
 
-beforeEach(() => {
-  vi.useFakeTimers();
-  FalseSocket.all = [];
-  events = [];
-  link = new Link({
-    url: "ws://host/ws",
-    emit: (event) => events.push(event),
-    open: (url, protocol) => new FalseSocket(url, protocol) as unknown as WebSocket,
-  });
-  link.connect();
-});
+beforeEach(() => ({ link, events } = falseLink()));
 afterEach(() => vi.useRealTimers());
 
 describe("connecting", () => {

@@ -1,25 +1,13 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 
-import { Link } from "../../web/src/link";
-import type { LinkEvent } from "../../web/src/link";
-import { FalseSocket, hello } from "./false_socket";
+import type { Link, LinkEvent } from "../../web/src/link";
+import { falseLink, FalseSocket, hello, socket, statuses } from "./false_socket";
 
 let events: LinkEvent[];
 let link: Link;
-const socket = () => FalseSocket.all.at(-1)!;
-const links = () => events.flatMap((event) => (event.kind === "link" ? [event.link.status] : []));
+const links = () => statuses(events);
 
-beforeEach(() => {
-  vi.useFakeTimers();
-  FalseSocket.all = [];
-  events = [];
-  link = new Link({
-    url: "ws://host/ws",
-    emit: (event) => events.push(event),
-    open: (url, protocol) => new FalseSocket(url, protocol) as unknown as WebSocket,
-  });
-  link.connect();
-});
+beforeEach(() => ({ link, events } = falseLink()));
 afterEach(() => vi.useRealTimers());
 
 describe("a dead network", () => {
